@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Randomised quasi-Monte Carlo (design §5): shuffled, Owen-scrambled Sobol' pairs. A sample is a pure function of (key, index,
+// dimension pair), so passes may run in any order, on any thread, in any process. Hash-based scrambling: Burley 2020, JCGT 9(4),
+// with the improved Laine-Karras hash of Vegdahl.
+#pragma once
+#include <cstdint>
+
+#include "base/math.h"
+
+namespace sluice {
+
+[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t x) noexcept {  // splitmix64's finaliser
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t a, std::uint64_t b) noexcept { return mix(mix(a) ^ (b * 0xd6e8feb86659fd93ull)); }
+
+// 24 bits, so the result is always < 1 (u32 * 2^-32 rounds up to exactly 1.0f).
+[[nodiscard]] constexpr float to_unit(std::uint32_t x) noexcept { return static_cast<float>(x >> 8) * 0x1p-24f; }
+
+namespace detail {
+
+[[nodiscard]] constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
+  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+  return __builtin_bswap32(x);
+}
+
+// Owen scrambling of a bit-reversed number: each bit is flipped by a hash of the bits below it.
+[[nodiscard]] constexpr std::uint32_t laine_karras(std::uint32_t x, std::uint32_t seed) noexcept {
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return x;
+}
+[[nodiscard]] constexpr std::uint32_t owen(std::uint32_t x, std::uint32_t seed) noexcept { return reverse_bits(laine_karras(reverse_bits(x), seed)); }
+
+// Second Sobol' dimension, bit-reversed: column i of its generator matrix is row i of Pascal's triangle mod 2, so the product is
+// five shift-and-xor steps.
+[[nodiscard]] constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
+  std::uint32_t x = index;
+  x ^= (x & 0xaaaaaaaau) >> 1;
+  x ^= (x & 0xccccccccu) >> 2;
+  x ^= (x & 0xf0f0f0f0u) >> 4;
+  x ^= (x & 0xff00ff00u) >> 8;
+  x ^= (x & 0xffff0000u) >> 16;
+  return x;
+}
+
+}  // namespace detail
+
+// One sample point: hands out dimension pairs by number.
+class Sampler {
+ public:
+  Sampler() = default;
+  Sampler(std::uint64_t key, std::uint32_t index) noexcept : key_(key), index_(index) {}
+
+  // The dimension pair `pair` of this point, in [0, 1)².
+  [[nodiscard]] V2f pair(std::uint32_t pair) const noexcept {
+    const std::uint64_t h = mix(key_ ^ (0x9e3779b97f4a7c15ull * (pair + 1)));
+    const std::uint64_t g = mix(h);
+    const auto index = detail::owen(index_, static_cast<std::uint32_t>(h));
+    const auto x = detail::reverse_bits(detail::laine_karras(index, static_cast<std::uint32_t>(h >> 32)));
+    const auto y = detail::reverse_bits(detail::laine_karras(detail::sobol1_reversed(index), static_cast<std::uint32_t>(g)));
+    return {to_unit(x), to_unit(y)};
+  }
+
+ private:
+  std::uint64_t key_ = 0;
+  std::uint32_t index_ = 0;
+};
+
+}  // namespace sluice

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A small pool of std::jthread for parallel loops. TBB is avoided on purpose: it is the commonest clash inside Blender.
+#pragma once
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace sluice {
+
+class ThreadPool {
+ public:
+  explicit ThreadPool(int threads);  // the calling thread works too, so threads - 1 are started
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  [[nodiscard]] int size() const noexcept { return static_cast<int>(workers_.size()) + 1; }
+
+  // Calls body(index, thread) once for each index in [0, count), in any order; thread is in [0, size()). Serial form:
+  //   for (i = 0; i < count; ++i) body(i, 0);
+  // Returns when all are done. The first exception of a body is rethrown here, in the caller's thread.
+  void parallel_for(std::size_t count, const std::function<void(std::size_t, int)>& body);
+
+ private:
+  void work(int thread);
+  void worker_loop(const std::stop_token& stop, int thread);
+
+  std::mutex mutex_;
+  std::condition_variable_any start_, done_;
+  const std::function<void(std::size_t, int)>* body_ = nullptr;
+  std::size_t count_ = 0, next_ = 0;
+  std::uint64_t round_ = 0;
+  int busy_ = 0;
+  std::exception_ptr error_;
+  std::vector<std::jthread> workers_;  // last: joined before the state above dies
+};
+
+}  // namespace sluice

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scene as plain data: the one schema that the exporter fills and compile() reads. Blender's units and conventions: metres,
+// right-handed, Z up, cameras and lights look along local -Z, matrices are local to world for row vectors (p * m).
+// "index" members point into the lists of SceneDescription, -1 = none. Nothing here is checked; compile() checks all of it.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/colour.h"
+#include "base/image.h"
+#include "base/math.h"
+#include "edit/edit.h"
+#include "shading/nodes.h"
+
+namespace sluice {
+
+struct UvMap {
+  std::string name;
+  std::vector<V2f> corners;  // three per triangle
+};
+
+struct ColorAttribute {
+  std::string name;
+  std::vector<Color> corners;  // linear, three per triangle
+};
+
+struct MeshDescription {
+  std::string name;
+  std::vector<V3f> positions;                           // object space
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into positions
+  std::vector<V3f> normals;                             // shading normals, three per triangle; empty = flat
+  std::vector<std::uint16_t> material_slots;            // per triangle; empty = slot 0
+  std::vector<UvMap> uv_maps;                           // the first is the active-render one
+  std::vector<ColorAttribute> colors;                   // the first is the active-render one
+  V3f texture_origin{0}, texture_size{1};               // "generated" = (p - origin) / size, as Blender's texture space maps to [0, 1]
+};
+
+// One object as it is seen: several instances may share a mesh.
+struct InstanceDescription {
+  std::vector<std::string> names;  // names[0]: the object's (an instance: its original's); then its collections'. For expressions
+  int mesh = -1;
+  M44d matrix;                 // local to world
+  std::vector<int> materials;  // material index per slot
+  bool visible_to_camera = true;
+  bool casts_shadow = true;
+  Color color{1};         // Object Info
+  float random = 0;       // Object Info, [0, 1)
+  int object_index = 0;   // Object Info
+};
+
+enum class LightKind : std::uint8_t { Point, Spot, Sun, Area };
+enum class AreaShape : std::uint8_t { Square, Rectangle, Disk, Ellipse };
+
+// Blender's radiometry: `power` is W (sun: W/m²) as the lamp panel shows it. Cycles' conventions decide every factor.
+struct LightDescription {
+  std::vector<std::string> names;  // names[0]: the object's; then its collections'
+  LightKind kind = LightKind::Point;
+  M44d matrix;
+  Color color{1};
+  float power = 10;
+  float radius = 0;                         // point, spot: sphere radius (m)
+  float angle = 0;                          // sun: angular diameter (rad)
+  float spot_angle = 0.785f, spot_blend = 0.15f;
+  AreaShape shape = AreaShape::Square;
+  float size_x = 1, size_y = 1;             // area: full widths (m); square and disk use size_x
+  float spread = pi;                        // area: full angle (rad)
+  bool casts_shadow = true;
+  bool visible_to_camera = false;           // Blender's lamps are seen in mirrors, never directly
+};
+
+struct WorldDescription {
+  std::string name;            // for expressions (L'World')
+  int material = -1;           // a material whose program ends in Background/Emission; -1 = black
+  int resolution = 1024;       // width of the importance map
+};
+
+enum class CameraKind : std::uint8_t { Perspective, Orthographic };
+enum class SensorFit : std::uint8_t { Auto, Horizontal, Vertical };
+
+struct CameraDescription {
+  std::string name;
+  CameraKind kind = CameraKind::Perspective;
+  M44d matrix;
+  float lens = 50, sensor_width = 36, sensor_height = 24;  // mm
+  SensorFit sensor_fit = SensorFit::Auto;
+  float ortho_scale = 6;
+  float shift_x = 0, shift_y = 0;
+  float clip_start = 0.1f, clip_end = 1000;  // m along the view axis
+  float aperture_radius = 0;                 // m, 0 = no depth of field
+  float focus_distance = 10;
+  int aperture_blades = 0;
+  float aperture_rotation = 0, aperture_ratio = 1;
+};
+
+// The picture: full frame and the part of it that is rendered (pixels, [x0, x1) × [y0, y1), row 0 at the bottom).
+struct FrameDescription {
+  int width = 960, height = 540;
+  float pixel_aspect_x = 1, pixel_aspect_y = 1;
+  int x0 = 0, y0 = 0, x1 = 960, y1 = 540;
+  float filter_width = 1.5f;  // pixels; Blackman-Harris of that full width; <= 1 with a box when filter_box
+  bool filter_box = false;
+};
+
+struct SceneDescription {
+  std::vector<MeshDescription> meshes;
+  std::vector<InstanceDescription> instances;
+  std::vector<LightDescription> lights;
+  std::vector<MaterialDescription> materials;
+  std::vector<Image> images;
+  std::vector<EditDescription> edits;
+  WorldDescription world;
+  CameraDescription camera;
+  FrameDescription frame;
+  float specular_threshold = 0.1f;  // Blender roughness up to which a lobe is followed (S)
+  int max_gates = 8;
+};
+
+}  // namespace sluice
