@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape of the house: which room may use which, who may include what, how long files and functions may be.
+
+Every rule is a function from a source tree to a list of complaints. It runs on the repository, where there must be none, and on a
+small bad example, where there must be one: a rule that cannot fail is no rule."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MAX_FILE_LINES = 400
+MAX_FUNCTION_LINES = 60
+MAX_PARAMETERS = 6
+
+# base <- {edit, shading} <- scene <- transport <- render <- bindings
+MAY_USE = {
+    "base": set(),
+    "edit": {"base"},
+    "shading": {"base"},
+    "scene": {"base", "edit", "shading"},
+    "transport": {"base", "edit", "shading", "scene"},
+    "render": {"base", "edit", "shading", "scene", "transport"},
+    "bindings": {"base", "edit", "shading", "scene", "transport", "render"},
+}
+
+
+# --- reading ------------------------------------------------------------------------------------------------------------------------
+
+
+def cpp_files(root, *folders):
+    """C++ files below the folders (all of ours when none is named), in a fixed order."""
+    places = folders or ("cpp", "bindings", "tests/cpp")
+    return sorted(p for folder in places for ext in ("*.h", "*.cpp") for p in (root / folder).rglob(ext))
+
+
+def python_files(root, *folders):
+    places = folders or ("addon", "tools", "blend_scenes", "tests")
+    return sorted(p for folder in places for p in (root / folder).rglob("*.py"))
+
+
+def code_of(path):
+    """A C++ file without comments and the insides of its strings; line numbers stay."""
+    pattern = r'//[^\n]*|/\*.*?\*/|R"\((?:.*?)\)"|"(?:\\.|[^"\\\n])*"' + r"|'(?:\\.|[^'\\\n])'"
+    keep_lines = lambda match: '""' + "\n" * match.group().count("\n")  # noqa: E731
+    return re.sub(pattern, keep_lines, path.read_text(), flags=re.DOTALL)
+
+
+def includes(path):
+    return [(line, a or b) for line, text in enumerate(path.read_text().splitlines(), 1)
+            for a, b in re.findall(r'^\s*#\s*include\s*(?:<([^>]+)>|"([^"]+)")', text)]  # fmt: skip
+
+
+def found(root, files, pattern):
+    """file:line: match for each place where the code matches."""
+    places = []
+    for path in files:
+        for number, line in enumerate(code_of(path).splitlines(), 1):
+            places += [f"{path.relative_to(root)}:{number}: {m.group()}" for m in re.finditer(pattern, line)]
+    return places
+
+
+def who_includes(root, pattern):
+    return sorted({str(p.relative_to(root)) for p in cpp_files(root) for _, name in includes(p) if re.search(pattern, name)})
+
+
+# --- rules --------------------------------------------------------------------------------------------------------------------------
+
+
+def wrong_arrows(root):
+    complaints = []
+    for room, used in MAY_USE.items():
+        for path in cpp_files(root, room if room == "bindings" else f"cpp/{room}"):
+            for line, name in includes(path):
+                target = name.split("/")[0]
+                where = f"{path.relative_to(root)}:{line}: {name}"
+                if target in MAY_USE and target != room and target not in used:
+                    complaints.append(where)
+                elif not (path.parent / name).exists() and not (root / "cpp" / name).exists() and target in MAY_USE:
+                    complaints.append(where + " does not exist")
+    return complaints
+
+
+def wrong_targets(dot):
+    """Complaints about the targets' own links, read from the graph that CMake writes."""
+    names = dict(re.findall(r'"(node\d+)" \[ label = "([^"\\]+)', dot))
+    complaints = []
+    for a, b in re.findall(r'"(node\d+)" -> "(node\d+)"', dot):
+        user, used = names[a], names[b]
+        room, target = user.removeprefix("sluice_"), used.removeprefix("sluice_")
+        room, target = ({"core": "bindings"}.get(name, name) for name in (room, target))
+        if room in MAY_USE and target in MAY_USE and target not in MAY_USE[room]:
+            complaints.append(f"{user} links {used}")
+        if user.startswith("sluice_") and ("embree" in used and room != "scene" or "OpenImageIO" in used and room != "base"):
+            complaints.append(f"{user} links {used}")
+    return complaints
+
+
+def embree_elsewhere(root):
+    return [p for p in who_includes(root, "embree[34]") if p != "cpp/scene/embree.cpp"]
+
+
+def image_library_elsewhere(root):
+    return [p for p in who_includes(root, "OpenImageIO") if p != "cpp/base/image.cpp"]
+
+
+def python_in_core(root):
+    return [p for p in who_includes(root, r"pybind11|^Python\.h$") if not p.startswith("bindings/")]
+
+
+def blender_in_exporters(root):
+    complaints = []
+    for path in python_files(root, "addon/export"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            modules = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            complaints += [f"{path.relative_to(root)}:{node.lineno}: {m}" for m in modules if m.split(".")[0] in {"bpy", "bpy_extras", "gpu"}]
+    return complaints
+
+
+def printing(root):
+    return found(root, cpp_files(root, "cpp"), r"\bstd::(cout|cerr|clog|exit|quick_exit|abort|terminate)\b|\bv?f?printf\b|\b(exit|abort|puts|_Exit)\s*\(")
+
+
+def threads_elsewhere(root):
+    files = [p for p in cpp_files(root, "cpp", "bindings") if p.relative_to(root / "cpp" if "cpp" in p.parts else root).with_suffix("") != Path("base/threads")]
+    return found(root, files, r"\bstd::(jthread|thread|async)\b|\btbb::|#\s*pragma\s+omp|\bpthread_create\b")
+
+
+def indirect_calls(root):
+    """Per-path code decides by std::variant or a switch, never through a pointer (style: closed sets)."""
+    return (found(root, cpp_files(root, "cpp"), r"\bvirtual\b")
+            + found(root, cpp_files(root, "cpp/transport", "cpp/shading", "cpp/edit"), r"\bstd::(function|shared_ptr|any)\b"))  # fmt: skip
+
+
+def long_files(root):
+    return [f"{p.relative_to(root)}: {n} lines" for p in cpp_files(root) + python_files(root) if (n := len(p.read_text().splitlines())) > MAX_FILE_LINES]
+
+
+def long_functions(root):
+    complaints = []
+    for path in cpp_files(root, "cpp", "bindings"):  # definitions at the left margin: from "…) {" to the "}" below it
+        start = None
+        for number, line in enumerate(code_of(path).splitlines(), 1):
+            if re.match(r"[A-Za-z}].*\).*\{\s*$", line) and not line.startswith("namespace"):
+                start = number
+            elif line.rstrip() == "}" and start is not None:
+                if number - start + 1 > MAX_FUNCTION_LINES:
+                    complaints.append(f"{path.relative_to(root)}:{start}: {number - start + 1} lines")
+                start = None
+    for path in python_files(root):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                length, parameters = node.end_lineno - node.lineno + 1, len(node.args.posonlyargs + node.args.args + node.args.kwonlyargs)
+                if length > MAX_FUNCTION_LINES or parameters > MAX_PARAMETERS:
+                    complaints.append(f"{path.relative_to(root)}:{node.lineno}: {node.name}: {length} lines, {parameters} parameters")
+    return complaints
+
+
+def without_licence(root):
+    return [str(p.relative_to(root)) for p in cpp_files(root) + python_files(root) if p.read_text().strip() and "SPDX-License-Identifier: GPL-3.0-or-later" not in p.read_text().split("\n", 1)[0]]
+
+
+def without_docstring(root):
+    return [str(p.relative_to(root)) for p in python_files(root) if p.read_text().strip() and not ast.get_docstring(ast.parse(p.read_text()))]
+
+
+def left_over_marks(root):
+    marks = re.compile("|".join(["TO" + "DO", "FIX" + "ME", r"/wo" + r"rk/", r"/tm" + r"p/[a-z]"]))
+    return [f"{p.relative_to(root)}:{n}: {line.strip()[:80]}" for p in cpp_files(root) + python_files(root) for n, line in enumerate(p.read_text().splitlines(), 1) if marks.search(line)]
+
+
+# --- the repository, and for each rule an example that breaks it -------------------------------------------------------------------
+
+SPDX = "// SPDX-License-Identifier: GPL-3.0-or-later\n"
+BAD = {
+    wrong_arrows: ("cpp/edit/a.cpp", '#include "scene/scene.h"\n'),
+    embree_elsewhere: ("cpp/transport/a.cpp", "#include <embree4/rtcore.h>\n"),
+    image_library_elsewhere: ("cpp/shading/a.cpp", "#include <OpenImageIO/imageio.h>\n"),
+    python_in_core: ("cpp/render/a.cpp", "#include <pybind11/pybind11.h>\n"),
+    blender_in_exporters: ("addon/export/a.py", "def f():\n    from bpy.types import Object\n"),
+    printing: ("cpp/base/a.cpp", 'void f() { std::printf("x"); }\n'),
+    threads_elsewhere: ("cpp/render/a.cpp", "std::jthread worker;\n"),
+    indirect_calls: ("cpp/transport/a.h", "std::function<void()> next;\n"),
+    long_files: ("cpp/base/a.h", "\n" * (MAX_FILE_LINES + 1)),
+    long_functions: ("cpp/base/a.cpp", "void f(int a) {\n" + "  g();\n" * MAX_FUNCTION_LINES + "}\n"),
+    without_licence: ("tools/a.py", "x = 1\n"),
+    without_docstring: ("tools/a.py", "x = 1\n"),
+    left_over_marks: ("tools/a.py", "# TO" + "DO: later\n"),
+}
+NOT_BAD = {  # what a careless rule would take for a breach
+    wrong_arrows: ("cpp/scene/a.cpp", '#include <vector>\n// #include "render/session.h"\n'),
+    printing: ("cpp/base/a.cpp", '// std::cout is for others\nauto text = "exit(1)"; std::snprintf(b, n, "%d", 1);\n'),
+    threads_elsewhere: ("cpp/base/threads.cpp", "std::jthread worker; std::this_thread::yield();\n"),
+    long_functions: ("cpp/base/a.cpp", ("void f(int a) {\n" + "  g();\n" * 40 + "}\n") * 2),
+}
+
+
+@pytest.mark.parametrize("rule", BAD, ids=lambda rule: rule.__name__)
+def test_repository(rule):
+    assert rule(ROOT) == []
+
+
+@pytest.mark.parametrize("rule", BAD, ids=lambda rule: rule.__name__)
+def test_rule_can_fail(rule, tmp_path):
+    name, text = BAD[rule]
+    (tmp_path / name).parent.mkdir(parents=True)
+    (tmp_path / name).write_text(text)
+    assert len(rule(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("rule", NOT_BAD, ids=lambda rule: rule.__name__)
+def test_rule_spares_the_innocent(rule, tmp_path):
+    name, text = NOT_BAD[rule]
+    (tmp_path / name).parent.mkdir(parents=True)
+    (tmp_path / name).write_text(text)
+    assert rule(tmp_path) == []
+
+
+def test_each_room_has_code():
+    """The rules above look at something: every room is there, and so are the two files that wrap a library."""
+    assert [room for room in MAY_USE if not cpp_files(ROOT, room if room == "bindings" else f"cpp/{room}")] == []
+    assert who_includes(ROOT, "embree[34]") == ["cpp/scene/embree.cpp"]
+    assert who_includes(ROOT, "OpenImageIO") == ["cpp/base/image.cpp"]
+
+
+def test_cmake_targets_follow_the_arrows(tmp_path):
+    """CMake's own graph of targets, from a configuration made here: what is linked, not what a list says."""
+    graph = tmp_path / "graph.dot"
+    subprocess.run(["cmake", "-S", ROOT, "-B", tmp_path / "build", f"--graphviz={graph}", "-DSLUICE_TESTS=OFF"], check=True, capture_output=True)
+    assert "sluice_base" in graph.read_text()
+    assert wrong_targets(graph.read_text()) == []
+
+
+def test_cmake_rule_can_fail():
+    bad = '"node0" [ label = "sluice_edit", shape = octagon ];\n"node1" [ label = "sluice_scene", shape = octagon ];\n"node0" -> "node1" // x\n'
+    assert wrong_targets(bad) == ["sluice_edit links sluice_scene"]
+
+
+def test_lint():
+    """ruff, with the rules of pyproject.toml (./run setup puts it into .venv)."""
+    ruff = ROOT / ".venv/bin/ruff"
+    if not ruff.exists():
+        pytest.skip("no ruff in .venv")
+    result = subprocess.run([ruff, "check", "--no-cache", ROOT], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+
+
+def test_summary_counts_and_refuses_empty_suites(tmp_path):
+    """tools/test_summary.py, which decides whether ./run test has passed."""
+    def summary(*suites):
+        return subprocess.run([sys.executable, ROOT / "tools/test_summary.py", tmp_path, *suites], capture_output=True, text=True)
+
+    (tmp_path / "good.xml").write_text('<testsuites><testsuite><testcase name="a" time="1"/><testcase name="b"><skipped message="why"/></testcase></testsuite></testsuites>')
+    (tmp_path / "bad.xml").write_text('<testsuite><testcase name="a"><failure/></testcase></testsuite>')
+    (tmp_path / "empty.xml").write_text("<testsuite/>")
+    assert summary("good").returncode == 0
+    assert summary("good").stdout.endswith("1 passed, 0 failed, 1 skipped\n")
+    assert [summary("good", other).returncode for other in ("bad", "empty", "absent")] == [1, 1, 1]
