@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Blender's cameras: continuous pixel coordinates of the full frame (row 0 at the bottom, pixel i covers [i, i + 1)) to rays, and back.
+// A border is a crop: it changes which pixels are asked for, nothing here. Also the pixel filter, sampled so that all weights are 1.
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "scene/description.h"
+#include "scene/ray.h"
+
+namespace sluice {
+
+// Size of a pixel's footprint (m, full-frame pixels) at distance t along the ray: width + spread · t.
+struct CameraRay {
+  Ray ray;  // starts on the near clip plane, ends on the far one
+  float width, spread;
+};
+
+class Camera {
+ public:
+  Camera() = default;
+  Camera(const CameraDescription& camera, const FrameDescription& frame, const V3d& centre);
+
+  [[nodiscard]] CameraRay generate(float x, float y, const V2f& lens) const noexcept;
+  [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
+  [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
+  [[nodiscard]] const V3d& position() const noexcept { return eye_; }
+  [[nodiscard]] const V3f& axis() const noexcept { return forward_; }
+
+ private:
+  [[nodiscard]] V2f sample_lens(const V2f& u) const noexcept;
+
+  V3d eye_{0};
+  V3f right_{1, 0, 0}, up_{0, 1, 0}, forward_{0, 0, -1};
+  bool perspective_ = true;
+  // view plane: at distance 1 (perspective) or in metres (orthographic): x = low + step · pixel
+  double low_x_ = 0, low_y_ = 0, step_x_ = 1, step_y_ = 1;
+  float clip_start_ = 0.1f, clip_end_ = 1000;
+  float aperture_ = 0, focus_ = 1, rotation_ = 0, inverse_ratio_ = 1;
+  int blades_ = 0;
+};
+
+// Offset from a pixel's centre, distributed as the filter (Blackman-Harris of the given full width, or a box).
+class PixelFilter {
+ public:
+  PixelFilter() = default;
+  explicit PixelFilter(const FrameDescription& frame);
+  [[nodiscard]] V2f sample_filter(const V2f& u) const noexcept;
+
+ private:
+  float width_ = 1;
+  std::vector<float> inverse_cdf_;  // empty: box
+};
+
+}  // namespace sluice

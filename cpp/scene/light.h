@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lights as a closed set: kinds are structs in a variant, every question is one free function. Lights are named by their index in
+// Scene::lights(). Radiometry is Cycles' (W, W/m² for suns). Positions are re-centred; directions unit. Nothing here tests visibility.
+// To add a kind: a struct, an alternative, and one overload in each of the functions below (a missing one does not compile).
+#pragma once
+#include <optional>
+#include <span>
+#include <variant>
+
+#include "base/colour.h"
+#include "base/sampling.h"
+#include "scene/description.h"
+#include "scene/ray.h"
+
+namespace sluice {
+
+class Scene;
+
+// Point and spot: a sphere, or a true point when radius is 0. Radiance (intensity, W/sr, for a true point) times the spot's falloff.
+struct SphereLamp {
+  V3d centre;
+  float radius;
+  Color radiance;  // of the sphere, or intensity of the point
+  bool spot = false;
+  V3f axis{0, 0, -1};  // the spot looks along it
+  float cos_half = -1, blend = 0;
+};
+// A disc of light at infinity, or one direction when one_minus_cos is 0 (then radiance is irradiance, W/m²).
+struct Sun {
+  V3f to_sun;
+  float one_minus_cos;  // of half the angular diameter
+  Color radiance;
+};
+// A rectangle or an ellipse that emits on the side of `normal`, uniformly or within a spread.
+struct AreaLamp {
+  V3d centre;
+  V3f axis_u, axis_v, normal;  // unit; u × v is ± the normal
+  float half_u, half_v, area;
+  bool round = false;
+  Color radiance;                                       // before the spread's factor
+  float spread_half = pi / 2, spread_tan_inverse = 0, spread_scale = 1;
+};
+// An instance whose material emits, both sides. Triangles are chosen by area × average emission.
+struct MeshLight {
+  std::uint32_t instance;
+  Distribution triangles;
+  std::vector<std::uint32_t> triangle_of;  // index in the mesh of each entry of the distribution
+  std::vector<float> pmf_per_area;         // by triangle of the mesh; 0 = does not emit
+  V3d centre;                              // sphere around the emitting triangles
+  float radius;
+};
+// Light from infinity by the world's program; importance by a table of texels, each with a floor, so no lit direction has density 0.
+struct World {
+  bool constant = true;
+  Color radiance{0};  // constant
+  int width = 0, height = 0;
+  Distribution rows;
+  std::vector<Distribution> columns;
+  Color mean_radiance{0};  // over the sphere
+};
+
+struct Light {
+  std::variant<SphereLamp, Sun, AreaLamp, MeshLight, World> kind;
+  int entity = -1;
+  bool casts_shadow = true;  // false: lights through everything
+  bool visible_to_camera = false;
+  float power = 0;  // W; of light from infinity: what crosses the sphere around the scene
+};
+
+[[nodiscard]] bool is_infinite(const Light& light) noexcept;  // sun, world
+[[nodiscard]] bool is_delta(const Light& light) noexcept;     // true point, parallel sun: only sample_direct finds it
+[[nodiscard]] inline float power(const Light& light) noexcept { return light.power; }
+
+// ---- light seen from a point
+
+// A direction from a point to a light. Unshadowed: times Scene::transmittance of a ray of length `distance`, unless the light casts none.
+struct DirectSample {
+  V3f wi;
+  double distance;  // to the light, a little less for a mesh (so that it does not shadow itself); infinite for sun and world
+  Color radiance;   // towards the point; delta lights: intensity / distance², or irradiance on a plane facing it
+  float pdf;        // per solid angle; 1 for delta lights
+  bool delta;
+};
+[[nodiscard]] std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part, const V2f& u) noexcept;
+// Density with which sample_direct makes wi. `hit`: the surface the ray met when the light is a mesh (null otherwise).
+[[nodiscard]] float pdf_direct(const Scene& scene, int light, const V3d& from, const V3f& wi, const Hit* hit) noexcept;
+// Radiance of a sun (discs only) or the world along a ray that meets nothing. A mesh light's is its material's emission.
+[[nodiscard]] Color eval_infinite(const Scene& scene, int light, const V3f& direction, bool camera_ray) noexcept;
+
+// Lamps with a shape (area, point and spot with a radius) on a ray. They block nothing; a path collects them as it passes.
+struct LampHit {
+  int light;
+  double t;
+  Color radiance;
+  float pdf_direct;  // as pdf_direct from the ray's origin
+};
+// Writes the lamps on [0, t_max] in front of the ray, at most found.size() of them, in no order; returns how many. A camera ray sees
+// only those whose description says so.
+[[nodiscard]] int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found) noexcept;
+
+// ---- choice of one light for a point
+
+struct LightChoice {
+  int light;
+  float pmf, u;  // u: the random number, stretched to [0, 1) again
+};
+// By a bound on what each light can do there when lights are few, else by power. normal 0: light from both sides counts. No light that
+// reaches the point has pmf 0. Empty: no light can.
+[[nodiscard]] std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u) noexcept;
+[[nodiscard]] float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light) noexcept;
+
+// ---- light that leaves (photons). Finite lights: position, then direction. Flux of a photon = eval_emission / (pdf_area · pdf).
+
+struct EmissionPoint {
+  V3d position;
+  V3f normal;     // of the emitting surface; a true point: 0
+  V3f clearance;  // for Ray::clearance
+  float pdf_area; // 1/m²; 1 for a true point
+  std::uint32_t instance = 0, triangle = 0;  // mesh lights
+  float u = 0, v = 0;
+};
+[[nodiscard]] std::optional<EmissionPoint> sample_position(const Scene& scene, int light, float u_part, const V2f& u) noexcept;
+
+struct EmissionDirection {
+  V3f direction;  // the way the light travels
+  float pdf;      // per solid angle; parallel sun: 1
+};
+// Directions from a point of a finite light, about as eval_emission.
+[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Scene& scene, int light, const EmissionPoint& point, float u_part, const V2f& u) noexcept;
+[[nodiscard]] float pdf_direction(const Scene& scene, int light, const EmissionPoint& point, const V3f& direction) noexcept;
+// Radiance × |cos| leaving the point (W/m²/sr); a true point: intensity (W/sr).
+[[nodiscard]] Color eval_emission(const Scene& scene, int light, const EmissionPoint& point, const V3f& direction) noexcept;
+
+// Light from infinity: the direction it travels; the caller chooses the disk it starts from. Flux = eval_infinite(-direction) / (pdf ·
+// density on the disk); parallel sun: its irradiance, Sun::radiance, with pdf 1.
+[[nodiscard]] std::optional<EmissionDirection> sample_infinite(const Scene& scene, int light, const V2f& u) noexcept;
+[[nodiscard]] float pdf_infinite(const Scene& scene, int light, const V3f& direction) noexcept;
+[[nodiscard]] Color eval_infinite_flux(const Scene& scene, int light, const V3f& direction) noexcept;  // radiance (irradiance if parallel) travelling along direction
+
+}  // namespace sluice

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The compiled scene: immutable, thread-safe, all indices checked. Answers what a ray meets, what the surface there is like, and which
+// lights, edits and camera there are. All positions are re-centred: world = position + centre(). Knows nothing of paths or photons.
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/error.h"
+#include "scene/camera.h"
+#include "scene/description.h"
+#include "scene/light.h"
+#include "scene/ray.h"
+
+namespace sluice {
+
+class Edits;
+class Material;
+struct Entity;
+struct SurfacePoint;
+
+struct Bounds {
+  V3d low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+
+  [[nodiscard]] bool empty() const noexcept { return !(low.x <= high.x); }
+  [[nodiscard]] V3d middle() const noexcept { return empty() ? V3d(0) : (low + high) * 0.5; }
+  [[nodiscard]] double diagonal() const noexcept { return empty() ? 0 : (high - low).length(); }
+  void add(const V3d& p) noexcept;
+};
+
+class Scene {
+ public:
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  // Nearest surface in front of the ray, transparent ones too. Rays that are not finite, or shorter than nothing, meet nothing.
+  [[nodiscard]] std::optional<Hit> intersect(const Ray& ray) const noexcept;
+  // What is left of light along the segment [0, t_max]: the product of the transparencies of the shadow-casting surfaces on it,
+  // black if one is opaque. Lamps block nothing.
+  [[nodiscard]] Color transmittance(const Ray& ray) const noexcept;
+
+  [[nodiscard]] const Material& material(const Hit& hit) const noexcept;
+  // What shade() needs to know at a hit seen from `wo` (unit, away from the surface).
+  void surface_point(const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) const noexcept;
+  // The same for a direction that leaves the scene: to shade the world's program with. `direction` points away from the scene.
+  void world_point(const V3f& direction, bool camera_ray, SurfacePoint& point) const noexcept;
+  [[nodiscard]] const Material* world_material() const noexcept;  // null: black
+  [[nodiscard]] bool camera_sees(int light) const noexcept;       // world: yes; lamps only if their description says so
+
+  [[nodiscard]] std::span<const Light> lights() const noexcept;
+  [[nodiscard]] int mesh_light(std::uint32_t instance) const noexcept;  // the light that this instance is, -1 = it does not emit
+  [[nodiscard]] int world_light() const noexcept;                       // -1 = black world
+  [[nodiscard]] std::span<const int> infinite_lights() const noexcept;  // the world and the suns: what a ray that meets nothing sees
+
+  // The alphabet of the expressions: objects, lights, the world, edits' entries, in that order.
+  [[nodiscard]] const std::vector<Entity>& entities() const noexcept;
+  [[nodiscard]] int entity(const Hit& hit) const noexcept;
+  [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
+  [[nodiscard]] int edit_entity(int edit) const noexcept;    // edit: index into the description's list
+  [[nodiscard]] const Edits& edits() const noexcept;
+
+  [[nodiscard]] const Camera& camera() const noexcept;
+  [[nodiscard]] const FrameDescription& frame() const noexcept;
+  [[nodiscard]] const PixelFilter& pixel_filter() const noexcept;
+  [[nodiscard]] const V3d& centre() const noexcept;               // world position of the re-centred origin
+  [[nodiscard]] const Bounds& geometry_bounds() const noexcept;   // surfaces alone
+  [[nodiscard]] const Bounds& bounds() const noexcept;            // surfaces and the quads of enabled edits
+  [[nodiscard]] double extent() const noexcept;                   // diagonal of geometry_bounds(); 1 when there is nothing
+  [[nodiscard]] std::span<const Material> materials() const noexcept;       // in use or not; the last is the neutral one
+  [[nodiscard]] bool material_used(std::size_t material) const noexcept;    // on a surface that a ray can meet
+  [[nodiscard]] std::size_t triangle_count() const noexcept;                // of all instances
+
+  struct Parts;  // what compile() puts together; scene/parts.h
+  explicit Scene(std::unique_ptr<const Parts> parts) noexcept;
+
+ private:
+  std::unique_ptr<const Parts> parts_;
+  friend struct SceneAccess;
+};
+
+// Checks everything in the description, then builds. What is merely wrong (degenerate triangles, singular matrices, missing materials,
+// no light) is left out with a warning that names it; what makes no sense (indices out of range, arrays that do not fit) is a
+// SceneError. ExpressionError: an edit's expression. Null: `cancelled` said so. threads: 0 = all.
+[[nodiscard]] std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings,
+                                                   const std::function<bool()>& cancelled = {}, int threads = 0);
+
+}  // namespace sluice
