@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From expressions to tables (design §3): the events of a scene fall into classes that no expression can tell apart, and
+// expressions of one side share a deterministic automaton while it has at most 4,096 states. Knows no geometry and no path.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/event.h"
+#include "edit/expression.h"
+
+namespace sluice {
+
+// What an event happened at: an object with its collections, a light, the world, the camera. Names as expressions write them.
+struct Entity {
+  std::vector<std::string> names;
+};
+
+// Events with equal signature (the set of symbols that match them) share a class.
+using EventClass = std::uint16_t;
+
+inline constexpr int max_dfa_states = 4096;
+
+// Event classes of a scene.
+class Alphabet {
+ public:
+  // L, E, D, S or G at entities[entity]; -1: a thing without a name.
+  [[nodiscard]] EventClass event(Event kind, int entity) const noexcept {
+    return classes_[static_cast<std::size_t>(name_class_[static_cast<std::size_t>(entity + 1)]) * event_count + static_cast<std::size_t>(kind)];
+  }
+  // F: through a gate of edit `edit`.
+  [[nodiscard]] EventClass gate(int edit) const noexcept { return gates_[static_cast<std::size_t>(edit)]; }
+  [[nodiscard]] int size() const noexcept { return size_; }
+
+ private:
+  friend class AlphabetBuilder;
+  std::vector<std::uint32_t> name_class_;  // [entity + 1]
+  std::vector<EventClass> classes_;        // [name class][kind]
+  std::vector<EventClass> gates_;          // [edit]
+  int size_ = 0;
+};
+
+// Complete: every state has a successor for every class. State 0 is the start.
+struct Dfa {
+  int states = 0, columns = 0;
+  std::vector<std::uint16_t> column;   // [event class]
+  std::vector<std::uint16_t> next;     // [state * columns + column]
+  std::vector<std::uint16_t> label;    // [state] -> accepting
+  std::vector<std::vector<std::uint16_t>> accepting;  // [label] -> numbers of the expressions that accept, ascending
+
+  [[nodiscard]] std::uint16_t step(std::uint16_t state, EventClass event) const noexcept {
+    return next[static_cast<std::size_t>(state) * static_cast<std::size_t>(columns) + column[event]];
+  }
+  [[nodiscard]] std::span<const std::uint16_t> accepts(std::uint16_t state) const noexcept { return accepting[label[state]]; }
+};
+
+// One edit, layer or test expression on its way into an automaton.
+struct Rule {
+  std::string name;               // said in errors and warnings
+  const Expression* expression = nullptr;
+  int own_gate = -1;              // an edit that acts once: its own F cannot occur before it acts, so it need not be told apart
+  bool reversed = false;          // view edits are read from E backward
+};
+
+// F at edit g is an event at gates[g].
+struct Automata {
+  Alphabet alphabet;
+  std::vector<Dfa> forward, backward;  // for rules that are read from L, and reversed ones; accepting lists hold indices of rules
+};
+
+// Throws ExpressionError naming the rule that does not fit into max_dfa_states alone.
+[[nodiscard]] Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates);
+
+// Names that nothing bears: a warning on the rule, with the nearest name that exists.
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings);
+
+}  // namespace sluice

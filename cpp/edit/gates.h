@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compiled edits (paper §4): which entries a path meets and is taken by, and T = (T_p, T_d, T_s) from an entry to its exits, forward
+// with light and backward with view rays. Immutable after compile_edits(). All positions are re-centred: world = position + centre.
+// Knows no surfaces, lights or pixels; counting and the order of decisions along a path are the caller's.
+#pragma once
+#include <Imath/ImathBox.h>
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/image.h"
+#include "edit/automaton.h"
+#include "edit/edit.h"
+#include "edit/expression.h"
+#include "edit/path_state.h"
+#include "edit/quad.h"
+#include "edit/quad_set.h"
+
+namespace sluice {
+
+using Box = Imath::Box<V3d>;
+
+// The scene that edits are compiled for, world coordinates.
+struct EditSpace {
+  V3d centre{0};  // origin of re-centring
+  Box bounds;     // of the scene without quads (may be empty)
+};
+
+// World bounds of the quads that will act (enabled, not refused); empty if there are none.
+[[nodiscard]] Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds);
+
+struct Exit {
+  Quad quad;
+  std::string name;
+  float intensity = 1, hue_shift = 0;
+  float area_ratio = 1;      // σ on flux: area of exit / area of entry, <= 1e6; 1 when off
+  float radiance_ratio = 1;  // σ area of entry / area of exit: 1 when area_ratio is on
+  int intensity_texture = -1, hue_shift_texture = -1, normal_map = -1;  // into the edits' own images
+};
+
+// One acting edit. Disabled edits and those that were refused are not here at all.
+struct Edit {
+  std::string name;
+  std::size_t description = 0;  // index into the descriptions
+  Side side = Side::Light;
+  int order = 0;
+  bool repeat = false;
+  bool has_hue = false;    // some exit turns hues: colours behind it must be kept per path (design §4)
+  bool is_partial = false; // amount or feather leave light to go straight on
+  float amount = 1, feather = 0;
+  Quad entry;
+  std::vector<Exit> exits;
+};
+
+// The implicit exit that leads straight on, with what the entry's weight leaves.
+inline constexpr int straight_on = -1;
+
+// How a path goes on at the far side of a gate. The gain is without H and without the entry's weight.
+struct Passage {
+  V3d position;    // on the far quad
+  V3f direction;   // unit, of travel
+  float gain = 1;  // light edit forward: of flux; backward: of radiance; view edit forward: of radiance
+  float hue = 0;   // H's angle, radians; 0: none
+  int group = -1;  // plane group of the far quad: the next segment excludes it
+};
+
+class Edits {
+ public:
+  [[nodiscard]] int size() const noexcept { return static_cast<int>(edits_.size()); }
+  [[nodiscard]] bool empty() const noexcept { return edits_.empty(); }
+  [[nodiscard]] bool has(Side side) const noexcept { return (side == Side::Light ? light_ : view_) > 0; }
+  [[nodiscard]] const Edit& operator[](int edit) const noexcept { return edits_[static_cast<std::size_t>(edit)]; }
+  [[nodiscard]] int max_gates() const noexcept { return max_gates_; }
+  [[nodiscard]] double delta() const noexcept { return delta_; }      // how far quads float, without their own offset
+  [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
+  [[nodiscard]] const Automata& automata() const noexcept { return automata_; }
+
+  // Symbols of path words: L, E, D, S, G at an entity (-1: nameless), F at an edit.
+  [[nodiscard]] EventClass event_class(Event kind, int entity) const noexcept { return automata_.alphabet.event(kind, entity); }
+  [[nodiscard]] EventClass gate_class(int edit) const noexcept { return automata_.alphabet.gate(edit); }
+
+  // Entries that take a path in `state` (light states: entries of light edits; view states: of view edits). The earliest crossing with
+  // t_min < t <= t_max; at one t the lowest order. Empty at once if the state takes nothing.
+  [[nodiscard]] std::optional<Crossing> first_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept;
+  [[nodiscard]] bool any_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept;
+  // Right after leaving `exit` of `edit` (straight_on: at the entry itself) at `point`, with the state behind the gate: the first
+  // entry by order of the exit's plane group, other than edit's own, that contains the point and takes the state.
+  [[nodiscard]] std::optional<Crossing> first_taken_at_exit(const StateTable& table, StateId state, int edit, int exit, const V3d& point) const noexcept;
+
+  // For view rays, which meet the gates of light backward: all entries and exits of one side's edits on a segment, sorted by t, then
+  // plane group, entries before exits, then order. `members` (bits of edits; empty: all) narrows. `out` is the caller's scratch: cleared
+  // first, its capacity kept.
+  void crossings(Side side, const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+  // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
+  void crossings_at(Side side, int group, const V3d& point, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+
+  // a(u, v) = amount × feather: what the exits get. The straight_on exit gets 1 - a.
+  [[nodiscard]] float weight(int edit, const V2d& uv) const noexcept;
+
+  // From the entry at uv, going in `direction`, out of an exit. Light edits: flux gain. View edits carry radiance: intensity alone.
+  // Empty (to be counted) where a normal_map leaves |cos| < 1e-3 at the exit of a light edit.
+  [[nodiscard]] std::optional<Passage> forward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept;
+  // A view ray going in `direction` meets an exit of a light edit at uv from behind: on from the entry. Radiance gain.
+  [[nodiscard]] std::optional<Passage> backward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept;
+
+ private:
+  friend class EditsBuilder;
+  [[nodiscard]] const Quad& quad(int edit, int exit) const noexcept;
+
+  std::vector<Edit> edits_;
+  int light_ = 0, view_ = 0;
+  int max_gates_ = 0;
+  double delta_ = 0;
+  Box bounds_;
+  Automata automata_;
+  std::vector<Image> images_;
+  std::vector<std::vector<QuadId>> groups_;  // [plane group]: entries by order, then exits by order
+  QuadSet entries_[2], quads_[2];            // [side]: entries; entries and exits
+};
+
+// Throws ExpressionError; degenerate quads and unknown names become warnings.
+[[nodiscard]] Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images,
+                                  const EditSpace& space, int max_gates, Warnings& warnings);
+
+}  // namespace sluice

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a path remembers for edits (design §3): states of the automata, gates taken, edits used. Contents are interned as met and
+// transitions memoised, so that an event costs one array lookup. One table per thread; numbers differ between threads and contents do
+// not, so photons are renumbered by content when threads meet. Knows no geometry but hands queries the candidates of a state.
+#pragma once
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "edit/automaton.h"
+#include "edit/quad_set.h"
+
+namespace sluice {
+
+class Edits;
+
+using StateId = std::uint32_t;  // 24 bits in a photon
+
+// Edits that would take a path in some state.
+struct TakingList {
+  std::vector<std::uint16_t> edits;     // by `order`
+  std::vector<std::uint64_t> members;   // the same as bits
+  QuadSet quads;                        // their entries; left empty when there are many: then the set of all entries is asked
+};
+
+class StateTable {
+ public:
+  static constexpr StateId dead = 0;  // takes nothing, stays dead: where paths end that found the table full
+  static constexpr StateId light_start = 1, view_start = 2;  // before any event: feed L's class, or E's
+  static constexpr StateId max_states = (1u << 24) - 1;
+
+  explicit StateTable(const Edits& edits, StateId limit = max_states);  // keeps a pointer to `edits`. Copies are independent
+
+  // The state after one more event. Light states are fed in the order of light, view states backward from E.
+  [[nodiscard]] StateId next(StateId state, EventClass event) noexcept {
+    const StateId known = next_[static_cast<std::size_t>(state) * classes_ + event];
+    return known != unknown ? known : find_next(state, event);
+  }
+  // The state after going through `edit`: its F, one more gate, and the edit used up unless it repeats. Light edits and view edits are
+  // gates to either side's states.
+  [[nodiscard]] StateId through(StateId state, int edit) noexcept;
+
+  // Edits of the state's own side whose entry would take the path (expression accepts, not used up), by `order`. At the cap too.
+  [[nodiscard]] std::span<const std::uint16_t> taking(StateId state) const noexcept { return lists_[list_[state]]->edits; }
+  [[nodiscard]] const TakingList& taking_list(StateId state) const noexcept { return *lists_[list_[state]]; }
+  [[nodiscard]] bool takes(StateId state, int edit) const noexcept {
+    const auto& members = lists_[list_[state]]->members;
+    const auto e = static_cast<std::size_t>(edit);
+    return e / 64 < members.size() && ((members[e / 64] >> (e % 64)) & 1);
+  }
+  [[nodiscard]] int gates(StateId state) const noexcept { return gates_[state]; }
+  [[nodiscard]] bool at_cap(StateId state) const noexcept { return gates_[state] >= max_gates_; }  // an entry that would take it absorbs it
+  [[nodiscard]] bool used(StateId state, int edit) const noexcept;
+
+  // Content: side, gates, automaton states, then used edits in ascending order. Equal in all tables of one Edits; orders states
+  // the same way in every thread (lexicographically). The span lives until the next state is interned.
+  [[nodiscard]] std::span<const std::uint32_t> content(StateId state) const noexcept;
+  [[nodiscard]] StateId intern(std::span<const std::uint32_t> content) noexcept;
+  [[nodiscard]] std::strong_ordering compare(StateId a, StateId b) const noexcept;
+
+  [[nodiscard]] StateId size() const noexcept { return static_cast<StateId>(list_.size()); }  // states are 0 .. size() - 1
+  [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }              // events that found the table full
+
+ private:
+  static constexpr StateId unknown = ~0u;
+
+  StateId find_next(StateId state, EventClass event) noexcept;
+  StateId advance(StateId state, EventClass event, int edit) noexcept;
+  StateId append(std::span<const std::uint32_t> content, std::uint64_t hash);
+  std::uint32_t list_for(std::span<const std::uint32_t> content);
+  void grow_index();
+
+  const Edits* edits_;
+  StateId limit_;
+  std::size_t classes_;
+  int max_gates_;
+  std::vector<StateId> next_;                // [state * classes_ + class]
+  std::vector<std::uint16_t> gates_;         // [state]
+  std::vector<std::uint32_t> list_;          // [state] -> lists_
+  std::vector<std::uint64_t> hash_;          // [state]
+  std::vector<std::size_t> begin_;           // [state] -> words_, one more at the end
+  std::vector<std::uint32_t> words_, scratch_;
+  std::vector<StateId> index_;               // open addressing: slots of states, by content
+  std::unordered_map<std::uint64_t, StateId> through_;  // (state, edit)
+  std::vector<std::shared_ptr<const TakingList>> lists_;
+  std::uint64_t overflows_ = 0;
+};
+
+}  // namespace sluice

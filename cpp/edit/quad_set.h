@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Many quads asked at once: a plain loop over arrays for a few, a BVH of their own beyond that (design §2: quads are not in the
+// scene's acceleration structure). Every answer is computed in double by the formula of quad.h, so both ways agree bit for bit.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "edit/quad.h"
+
+namespace sluice {
+
+struct Segment {
+  V3d origin;
+  V3d direction;
+  double t_min = 0, t_max = std::numeric_limits<double>::infinity();  // crossings with t_min < t <= t_max count
+  int excluded_group = -1;  // the plane group that the segment starts in
+};
+
+// Which quad: an edit's entry, or one of its exits.
+struct QuadId {
+  static constexpr int entry = -1;
+  int edit = -1, exit = entry;
+};
+
+struct Crossing {
+  double t = 0;
+  V2d uv;
+  int edit = -1;
+  int exit = QuadId::entry;
+  int group = -1;
+  int order = 0;  // of the quad
+};
+
+class QuadSet {
+ public:
+  static constexpr std::size_t few = 32;
+
+  void add(const Quad& quad, const QuadId& id);  // then build() once
+  void build();
+  [[nodiscard]] std::size_t size() const noexcept { return id_.size(); }
+  [[nodiscard]] bool empty() const noexcept { return id_.empty(); }
+
+  // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
+  [[nodiscard]] Crossing first(const Segment& segment, std::span<const std::uint64_t> members = {}) const noexcept;
+  // Appends all crossings, in no order.
+  void all(const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+
+ private:
+  struct Node {
+    V3d low, high;
+    std::uint32_t first = 0, count = 0;  // leaf: quads [first, first + count); inner (count = 0): children first and first + 1
+  };
+  template <class Visit>
+  void visit(const Segment& segment, double& t_max, const Visit& visit_range) const noexcept;
+  template <class Found>
+  void scan(const Segment& segment, double t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept;
+  void split(std::uint32_t node);
+
+  // Arrays by component, so that the loop is vectorised.
+  std::vector<double> normal_[3], offset_, u_[3], u0_, v_[3], v0_, slack_u_, slack_v_;
+  std::vector<int> group_, order_;
+  std::vector<QuadId> id_;
+  std::vector<V3d> low_, high_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace sluice
