@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scattering of light at one point seen from one direction: a short list of lobes, each with its event (design §3). Directions
+// are unit, in world space, and point away from the surface. Knows no textures, no scene. A new lobe is an alternative of
+// LobeShape, three overloads and albedo in lobes.h, and a row in the chi² list; a forgotten overload does not compile.
+#pragma once
+#include <array>
+#include <optional>
+
+#include "base/event.h"
+#include "shading/lobes.h"
+
+namespace sluice {
+
+inline constexpr int max_lobes = 8;
+
+struct Lobe {
+  Event event = Event::D;       // D, S (delta, or Blender roughness <= specular_threshold) or G
+  bool delta = false;           // one direction only: eval and pdf are 0
+  std::uint8_t under = 0;       // bit i: light passes Bsdf::layers[i] to reach this lobe (photons only, folded into weight otherwise)
+  float choice = 0;             // average of `albedo`: what picks this lobe
+  Color weight{0};
+  Color albedo{0};              // directional albedo seen from wo, weight included
+  V3f n{0, 0, 1};               // its shading normal, on the side of wo
+  LobeShape shape;
+};
+
+// A coating whose loss dims what lies under it, as a function of the eye's direction (Cycles' layering).
+struct Layer {
+  V3f n;
+  float roughness = 0, eta = 1, weight = 0;  // of the dielectric that reflects
+};
+
+struct Bsdf {
+  std::array<Lobe, max_lobes> lobes;  // [0, count)
+  std::array<Layer, 2> layers;
+  int count = 0;
+  Color emission{0};
+  Color transparency{0};  // weight of what goes straight through: no event (design §3)
+  V3f ng{0, 0, 1};        // geometric normal, on the side of wo: decides what is reflection and what transmission
+
+  [[nodiscard]] EventMask events() const noexcept;
+};
+
+// wi: unit. weight = f·|cos θ_i| / pdf of the lobes that share the chosen lobe's event, in the flux convention: no η². Multiply by
+// 1 / eta² on a view path (light flows wi -> wo, radiance scales by (η_wo/η_wi)²). Delta: weight of the lobe / its probability.
+struct BsdfSample {
+  V3f wi;
+  Color weight;
+  float pdf;  // what pdf() says of wi with the same mask; of a delta lobe the probability of its choice
+  Event event;
+  int lobe;  // index into Bsdf::lobes
+  bool delta;
+  float eta;  // η(side of wi) / η(side of wo); 1 for reflection
+};
+
+// Σ over non-delta lobes of the mask of f(wi -> wo)·|cos θ_i| (θ_i to the lobe's shading normal), radiance convention: refraction
+// carries (η_wo/η_wi)². wi on the side that ng says is the other one meets transmitting lobes only.
+[[nodiscard]] Color eval(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept;
+
+// Solid-angle density with which sample() with that mask makes wi, non-delta lobes only.
+[[nodiscard]] float pdf(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept;
+
+// Picks one lobe of the mask by its albedo. Empty: no lobe in the mask, or a direction that the surface hides.
+[[nodiscard]] std::optional<BsdfSample> sample(const Bsdf& bsdf, const V3f& wo, float u_lobe, const V2f& u, EventMask mask) noexcept;
+
+// That lobe alone with probability 1: weight and pdf are its own.
+[[nodiscard]] std::optional<BsdfSample> sample_lobe(const Bsdf& bsdf, int lobe, const V3f& wo, const V2f& u) noexcept;
+
+// Directional albedo: exact for smooth and Lambertian lobes, from tables for rough ones (stated in energy.h).
+[[nodiscard]] Color albedo(const Bsdf& bsdf, const V3f& wo, EventMask mask) noexcept;
+
+// Veach's factor for flux at a shading normal, |wo·n||wi·ng| / (|wo·ng||wi·n|); unclamped, 0 if it is not finite. R11: clamp to 4, count.
+[[nodiscard]] float adjoint_factor(const Bsdf& bsdf, int lobe, const V3f& wo, const V3f& wi) noexcept;
+
+// Adds a lobe (a black one is left out; into a full list it replaces the weakest if that is weaker) and computes its albedo.
+void add_lobe(Bsdf& bsdf, const Lobe& lobe, const V3f& wo) noexcept;
+
+}  // namespace sluice

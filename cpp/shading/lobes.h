@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The shapes a lobe can have. Every overload set works in the lobe's frame: z = shading normal on the side of o, o = direction to
+// where the light goes (or, on a photon path, comes from), i = the other one, both away from the surface.
+//   eval_shape    f·|cos θ_i| without the lobe's weight and without η² (flux convention)
+//   pdf_shape     solid-angle density of sample_shape
+//   sample_shape  i, with weight = eval / pdf; false: no such direction (counted in the albedo as a loss)
+//   albedo_shape  ∫ eval over i
+// Delta shapes (is_delta) have eval and pdf 0; their sample has the whole weight and pdf 1.
+#pragma once
+#include <variant>
+
+#include "base/sampling.h"
+#include "shading/fresnel.h"
+#include "shading/ggx.h"
+
+namespace sluice {
+
+struct Lambert {};
+struct Translucent {};  // Lambert on the other side
+struct OrenNayar {      // Fujii's form, as Cycles' Diffuse BSDF
+  float roughness;
+};
+struct Burley {  // Disney's diffuse, of Blender 3's Principled
+  float roughness;
+};
+struct DisneySheen {};  // Schlick's factor at the half vector, of Blender 3's Principled
+struct Velvet {         // Estevez & Kulla's sheen with Neubelt's visibility, of Blender 4's Principled and the Sheen node
+  float roughness;
+};
+struct Reflection {
+  ggx::Alpha alpha;  // below ggx::smooth_alpha: a mirror
+  V3f tangent;       // world space; read when alpha.x != alpha.y
+  Fresnel fresnel;
+  Color multiple{0};    // reflectance of light that meets more than one microfacet; 0: it is lost, as in Cycles' "GGX"
+  bool balanced = false;  // the reflecting half of a rough glass that keeps its energy
+};
+struct Refraction {
+  float alpha, eta;  // eta: far side / near side
+  Fresnel fresnel;   // what this does not reflect is refracted
+  bool lossless = false;  // refracts all of it (the Refraction node)
+  bool balanced = false;  // the refracting half of a rough glass that keeps its energy
+};
+using LobeShape = std::variant<Lambert, Translucent, OrenNayar, Burley, DisneySheen, Velvet, Reflection, Refraction>;
+
+struct ShapeSample {
+  V3f i;
+  Color weight;
+  float pdf;
+};
+
+[[nodiscard]] Color eval_shape(const Lambert&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Translucent&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const OrenNayar&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Burley&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const DisneySheen&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Velvet&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
+
+// Diffuse shapes are all sampled by the cosine.
+template <class Diffuse>
+[[nodiscard]] float pdf_shape(const Diffuse&, const V3f&, const V3f& i) noexcept { return std::max(0.0f, i.z) / pi; }
+[[nodiscard]] inline float pdf_shape(const Translucent&, const V3f&, const V3f& i) noexcept { return std::max(0.0f, -i.z) / pi; }
+[[nodiscard]] float pdf_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] float pdf_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
+
+template <class Diffuse>
+[[nodiscard]] bool sample_shape(const Diffuse& shape, const V3f& o, const V2f& u, ShapeSample& s) noexcept {
+  s.i = sample_cosine(u);
+  if constexpr (std::is_same_v<Diffuse, Translucent>) s.i.z = -s.i.z;
+  s.pdf = pdf_shape(shape, o, s.i);
+  if (!(s.pdf > 0)) return false;
+  s.weight = eval_shape(shape, o, s.i) / s.pdf;
+  return true;
+}
+[[nodiscard]] bool sample_shape(const Reflection&, const V3f& o, const V2f& u, ShapeSample&) noexcept;
+[[nodiscard]] bool sample_shape(const Refraction&, const V3f& o, const V2f& u, ShapeSample&) noexcept;
+
+[[nodiscard]] Color albedo_shape(const Lambert&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Translucent&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const OrenNayar&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Burley&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const DisneySheen&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Velvet&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Reflection&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Refraction&, float mu) noexcept;
+
+template <class Diffuse>
+[[nodiscard]] bool is_delta(const Diffuse&) noexcept { return false; }
+[[nodiscard]] inline bool is_delta(const Reflection& r) noexcept { return std::max(r.alpha.x, r.alpha.y) < ggx::smooth_alpha; }
+[[nodiscard]] inline bool is_delta(const Refraction& r) noexcept { return r.alpha < ggx::smooth_alpha || std::abs(r.eta - 1) < 1e-3f; }
+
+template <class Shape>
+[[nodiscard]] constexpr bool transmits(const Shape&) noexcept {
+  return std::is_same_v<Shape, Translucent> || std::is_same_v<Shape, Refraction>;
+}
+
+// Reflectance for Reflection::multiple: Kulla & Conty's series of bounces between microfacets (2017, eq. 18 and appendix).
+[[nodiscard]] Color multiple_reflectance(const Fresnel&, ggx::Alpha) noexcept;
+
+}  // namespace sluice
