@@ -25,11 +25,12 @@ struct SphereLamp {
   V3f axis{0, 0, -1};  // the spot looks along it
   float cos_half = -1, blend = 0;
 };
-// A disc of light at infinity, or one direction when one_minus_cos is 0 (then radiance is irradiance, W/m²).
+// A disc of light at infinity, or one direction when tan_half is 0. As in Cycles 3.4 the disc lies in the plane that touches the unit
+// sphere, of radius tan_half = tan(angle / 2), uniform per area: radiance = irradiance / (pi tan_half² cos³) towards the sun.
 struct Sun {
   V3f to_sun;
-  float one_minus_cos;  // of half the angular diameter
-  Color radiance;
+  float tan_half;
+  Color irradiance;  // W/m², on a plane facing the sun (of a disc: nearly)
 };
 // A rectangle or an ellipse that emits on the side of `normal`, uniformly or within a spread.
 struct AreaLamp {
@@ -37,8 +38,9 @@ struct AreaLamp {
   V3f axis_u, axis_v, normal;  // unit; u × v is ± the normal
   float half_u, half_v, area;
   bool round = false;
-  Color radiance;                                       // before the spread's factor
-  float spread_half = pi / 2, spread_tan_inverse = 0, spread_scale = 1;
+  Color radiance;                          // before the spread's factor
+  float spread_half = pi / 2;              // half angle
+  float spread_cot = 0, spread_scale = 1;  // factor: scale · (1 - cot · tan(angle to the normal))
 };
 // An instance whose material emits, both sides. Triangles are chosen by area × average emission.
 struct MeshLight {
@@ -46,8 +48,6 @@ struct MeshLight {
   Distribution triangles;
   std::vector<std::uint32_t> triangle_of;  // index in the mesh of each entry of the distribution
   std::vector<float> pmf_per_area;         // by triangle of the mesh; 0 = does not emit
-  V3d centre;                              // sphere around the emitting triangles
-  float radius;
 };
 // Light from infinity by the world's program; importance by a table of texels, each with a floor, so no lit direction has density 0.
 struct World {
@@ -65,6 +65,9 @@ struct Light {
   bool casts_shadow = true;  // false: lights through everything
   bool visible_to_camera = false;
   float power = 0;  // W; of light from infinity: what crosses the sphere around the scene
+  // bounds for choose_light: all of it within `reach` of `middle` (finite lights); intensity (W/sr) or irradiance (W/m², infinite)
+  V3d middle{0};
+  float reach = 0, strength = 0;
 };
 
 [[nodiscard]] bool is_infinite(const Light& light) noexcept;  // sun, world
@@ -131,10 +134,11 @@ struct EmissionDirection {
 // Radiance × |cos| leaving the point (W/m²/sr); a true point: intensity (W/sr).
 [[nodiscard]] Color eval_emission(const Scene& scene, int light, const EmissionPoint& point, const V3f& direction) noexcept;
 
-// Light from infinity: the direction it travels; the caller chooses the disk it starts from. Flux = eval_infinite(-direction) / (pdf ·
-// density on the disk); parallel sun: its irradiance, Sun::radiance, with pdf 1.
+// Light from infinity: the direction it travels; the caller chooses the disk it starts from. Flux = eval_infinite_emission /
+// (pdf · density on the disk).
 [[nodiscard]] std::optional<EmissionDirection> sample_infinite(const Scene& scene, int light, const V2f& u) noexcept;
 [[nodiscard]] float pdf_infinite(const Scene& scene, int light, const V3f& direction) noexcept;
-[[nodiscard]] Color eval_infinite_flux(const Scene& scene, int light, const V3f& direction) noexcept;  // radiance (irradiance if parallel) travelling along direction
+// Radiance travelling along `direction`; a parallel sun: its irradiance (ask with the sampled direction only).
+[[nodiscard]] Color eval_infinite_emission(const Scene& scene, int light, const V3f& direction) noexcept;
 
 }  // namespace sluice

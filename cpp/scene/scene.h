@@ -43,12 +43,9 @@ class Scene {
   [[nodiscard]] Color transmittance(const Ray& ray) const noexcept;
 
   [[nodiscard]] const Material& material(const Hit& hit) const noexcept;
-  // What shade() needs to know at a hit seen from `wo` (unit, away from the surface).
+  // What shade() needs to know at a hit seen from `wo` (unit, away from the surface). Photons set point.photon themselves.
   void surface_point(const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) const noexcept;
-  // The same for a direction that leaves the scene: to shade the world's program with. `direction` points away from the scene.
-  void world_point(const V3f& direction, bool camera_ray, SurfacePoint& point) const noexcept;
   [[nodiscard]] const Material* world_material() const noexcept;  // null: black
-  [[nodiscard]] bool camera_sees(int light) const noexcept;       // world: yes; lamps only if their description says so
 
   [[nodiscard]] std::span<const Light> lights() const noexcept;
   [[nodiscard]] int mesh_light(std::uint32_t instance) const noexcept;  // the light that this instance is, -1 = it does not emit
@@ -78,12 +75,12 @@ class Scene {
 
  private:
   std::unique_ptr<const Parts> parts_;
-  friend struct SceneAccess;
+  friend const Parts& parts_of(const Scene& scene) noexcept;
 };
 
 // Checks everything in the description, then builds. What is merely wrong (degenerate triangles, singular matrices, missing materials,
 // no light) is left out with a warning that names it; what makes no sense (indices out of range, arrays that do not fit) is a
-// SceneError. ExpressionError: an edit's expression. Null: `cancelled` said so. threads: 0 = all.
+// SceneError. ExpressionError: an edit's expression. Null: `cancelled` said so (asked from any thread, one at a time). threads: 0 = all.
 [[nodiscard]] std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings,
                                                    const std::function<bool()>& cancelled = {}, int threads = 0);
 
