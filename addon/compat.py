@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What differs between Blender 3.4 and 5.2, by feature tests (never by version numbers), in one place.
+
+Functions take the Blender objects they ask, so tests run both branches with fakes. `bpy` is imported only where a name must be
+looked up in it."""
+import numpy as np
+
+
+def set_pass_rect(render_pass, pixels):
+    """Copies `pixels` (rows, columns, channels; row 0 at the bottom) into a render pass. Up to Blender 4.0 the setter wants
+    (N, channels), from 4.1 a flat array; the wrong one raises TypeError. One channel is flat everywhere. An array whose channel
+    count is not the pass's would be taken silently by some versions, so it is refused here."""
+    pixels = np.ascontiguousarray(pixels, dtype=np.float32)
+    channels = pixels.shape[2] if pixels.ndim == 3 else 1
+    if channels != render_pass.channels:
+        raise ValueError(f"pass {render_pass.name} has {render_pass.channels} channels, not {channels}")
+    if channels == 1:
+        render_pass.rect.foreach_set(pixels.ravel())
+        return
+    try:
+        render_pass.rect.foreach_set(pixels.reshape(-1))
+    except TypeError:
+        render_pass.rect.foreach_set(pixels.reshape(-1, channels))
+
+
+def split_normals(mesh, loop_count):
+    """Custom or auto-smooth normals of a mesh, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
+    normals = np.empty(loop_count * 3, np.float32)
+    if hasattr(mesh, "corner_normals"):  # 4.1
+        if mesh.normals_domain == 'FACE':
+            return None
+        mesh.corner_normals.foreach_get("vector", normals)
+        return normals.reshape(-1, 3)
+    if not mesh.has_custom_normals:
+        smooth = np.empty(len(mesh.polygons), bool)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+        if not smooth.any():
+            return None
+    mesh.calc_normals_split()
+    mesh.loops.foreach_get("normal", normals)
+    mesh.free_normals_split()
+    return normals.reshape(-1, 3)
+
+
+def vertex_positions(mesh):
+    """(n, 3) float32. The attribute (3.5) is several times faster than the vertices."""
+    positions = np.empty(len(mesh.vertices) * 3, np.float32)
+    attribute = mesh.attributes.get("position")
+    if attribute is not None and len(attribute.data) == len(mesh.vertices):
+        attribute.data.foreach_get("vector", positions)
+    else:
+        mesh.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)
+
+
+def uv_corners(layer, loop_count):
+    """(loops, 2) float32 of one UV map; `.uv` replaced `.data` in 3.5."""
+    uv = np.empty(loop_count * 2, np.float32)
+    if hasattr(layer, "uv"):
+        layer.uv.foreach_get("vector", uv)
+    else:
+        layer.data.foreach_get("uv", uv)
+    return uv.reshape(-1, 2)
+
+
+def linear_color_names():
+    """Names of scene-linear colour spaces in Blender's own configurations (3.x, 4.x, 5.x)."""
+    return {"Linear", "Linear Rec.709", "scene_linear", "Scene Linear"}
+
+
+def eevee_engines():
+    """Engine ids that the native shading panels list beside Cycles; EEVEE_NEXT existed in 4.2 to 4.5 only."""
+    return {'BLENDER_EEVEE', 'BLENDER_EEVEE_NEXT'}
+
+
+def builtin_shader(gpu, name):
+    """A built-in 3D shader by its 4.0 name; before that the 3D ones carried a prefix. Never call it under -b (SystemError)."""
+    for candidate in (name, "3D_" + name):
+        try:
+            shader = gpu.shader.from_builtin(candidate)
+        except (ValueError, SystemError):
+            continue
+        return shader
+    raise ValueError(f"no built-in shader {name}")
+
+
+def color_attribute_layers(mesh):
+    """Colour attributes, the one for rendering first."""
+    layers = getattr(mesh, "color_attributes", None)
+    if not layers:
+        return []
+    index = getattr(layers, "render_color_index", 0)
+    return active_first(list(layers), index)
+
+
+def active_first(items, index):
+    """The list with item `index` moved to the front; out of range leaves it alone."""
+    if 0 <= index < len(items):
+        return [items[index]] + items[:index] + items[index + 1:]
+    return items
+
+
+def is_bpy_module(bpy):
+    """True where Blender is a Python module rather than a program: its engine classes must be gone before exit."""
+    return not getattr(bpy.app, "binary_path", "") or getattr(bpy.app, "module", False)

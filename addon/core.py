@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one import site of the compiled module sluice_core, and the list of sessions that still run.
+
+The module is looked for in the folder named by the environment variable SLUICE_CORE, then in the add-on's own folder, where the
+build and the packages put it. Whatever goes wrong becomes one sentence that says what was found and what is needed."""
+import importlib.machinery
+import importlib.util
+import os
+import platform
+import sys
+import weakref
+from pathlib import Path
+
+VERSION = (0, 1, 0)  # of the add-on; the core's must be the same
+
+_sessions = weakref.WeakSet()  # so that unregister, file load and exit can stop what still runs
+
+
+class CoreMissing(RuntimeError):
+    """The compiled core cannot be used; the message is one sentence for the artist."""
+
+
+def folders():
+    named = os.environ.get("SLUICE_CORE")
+    return ([Path(named)] if named else []) + [Path(__file__).parent]
+
+
+def _find(folder):
+    """The module's file in `folder`: for this Python, else a plain .py (tests), else None."""
+    if folder.is_file():
+        return folder
+    for suffix in importlib.machinery.EXTENSION_SUFFIXES + [".py"]:
+        path = folder / ("sluice_core" + suffix)
+        if path.is_file():
+            return path
+    return None
+
+
+def _explain_absence():
+    found = [path.name for folder in folders() if folder.is_dir() for path in sorted(folder.glob("sluice_core*"))]
+    python = "cp%d%d on %s" % (*sys.version_info[:2], platform.machine())
+    if found:
+        return f"Sluice's core does not fit this Blender: found {', '.join(found)}, needed one for Python {python}"
+    return (f"Sluice's core is not built: no sluice_core for Python {python} in {' or '.join(map(str, folders()))}; "
+            "install a package for this platform, or run ./run build in the repository")
+
+
+def load():
+    """The module, imported at the first call. Raises CoreMissing."""
+    name = __package__ + ".sluice_core"
+    if name in sys.modules:
+        return sys.modules[name]
+    path = next(filter(None, map(_find, folders())), None)
+    if path is None:
+        raise CoreMissing(_explain_absence())
+    try:
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    except (ImportError, OSError) as error:
+        raise CoreMissing(f"Sluice's core at {path} does not load: {error}") from error
+    found = tuple(int(part) for part in module.__version__.split(".")[:3])
+    if found != VERSION:
+        raise CoreMissing(f"Sluice's core at {path} is version {module.__version__}, "
+                          f"the add-on needs {'.'.join(map(str, VERSION))}: rebuild or reinstall both together")
+    sys.modules[name] = module
+    return module
+
+
+def new_session():
+    """A session that stop_all() knows of."""
+    session = load().Session()
+    _sessions.add(session)
+    return session
+
+
+def stop_all(*_):
+    """Stops every session; idempotent. For unregister, atexit and the load_pre handler."""
+    for session in list(_sessions):
+        session.cancel()
+    _sessions.clear()
+
+
+def expression_problem(error):
+    """An ExpressionError or SceneError as (item, column or None, message)."""
+    return getattr(error, "item", "") or "", getattr(error, "column", None), str(error)

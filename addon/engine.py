@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine as Blender sees it. The class only forwards: final.py renders frames, viewport.py the 3D view."""
+import bpy
+
+from . import final, passes, viewport
+
+
+class SluiceRenderEngine(bpy.types.RenderEngine):
+    """Photon mapping in which artists edit light."""
+
+    bl_idname = 'SLUICE'
+    bl_label = "Sluice"
+    bl_use_preview = True
+    bl_use_eevee_viewport = True  # Material Preview stays EEVEE's
+    bl_use_shading_nodes_custom = False
+    bl_use_postprocess = True
+
+    def __init__(self, *args, **kwargs):  # 4.4 wants the arguments passed on
+        super().__init__(*args, **kwargs)
+        self.job = None
+        self.view = None
+
+    def __del__(self):
+        final.free(self)
+        viewport.free(self)
+        parent = getattr(super(), "__del__", None)  # 5.0 has one and wants it called
+        if parent is not None:
+            parent()
+
+    def update(self, data, depsgraph):
+        final.update(self, data, depsgraph)
+
+    def render(self, depsgraph):
+        final.render(self)
+
+    def update_render_passes(self, scene=None, renderlayer=None):
+        passes.register_passes(self, scene, renderlayer)
+
+    def view_update(self, context, depsgraph):
+        viewport.update(self, context, depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        viewport.draw(self, context, depsgraph)
+
+
+def register():
+    bpy.utils.register_class(SluiceRenderEngine)
+
+
+def unregister():
+    bpy.utils.unregister_class(SluiceRenderEngine)

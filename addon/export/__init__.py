@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender's evaluated scene to the plain tree of cpp/scene/description.h: dicts with the members' own names.
+
+Arrays are C-contiguous NumPy (float32, uint32, uint16), matrices float64 4 × 4 as Blender's matrix_world (column vectors),
+enumerations the names of their C++ values. "index" members point into the lists of the scene, -1 = none. One file per kind of
+datablock. Nothing here imports bpy or keeps a Blender object after it returns: exporters get objects, so fakes work in tests."""
+from dataclasses import dataclass, field
+from typing import Callable
+
+from . import camera, edit, geometry, image, light, material, settings
+from .names import Names
+
+
+class Cancelled(Exception):
+    """The artist stopped the render while the scene was being copied."""
+
+
+@dataclass
+class Context:
+    """What exporters share: the images met so far, the names of things, the way to warn and to learn of a cancel."""
+
+    names: Names
+    cancelled: Callable[[], bool] = lambda: False
+    warnings: list = field(default_factory=list)  # (item, message)
+    images: image.ImageTable = None
+    materials: list = field(default_factory=list)
+    _material_indices: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.images = image.ImageTable(self.warn)
+
+    def warn(self, item, message):
+        """One warning per item and sentence, however often it is met."""
+        if (item, message) not in self.warnings:
+            self.warnings.append((item, message))
+
+    def check_cancel(self):
+        if self.cancelled():
+            raise Cancelled
+
+    def material_index(self, blender_material):
+        """Exports a material when it is first met. -1 for an empty slot: the core's neutral material."""
+        if blender_material is None:
+            return -1
+        key = blender_material.name_full
+        if key not in self._material_indices:
+            self._material_indices[key] = len(self.materials)
+            self.materials.append(material.export_material(blender_material, self.images, self.warn))
+        return self._material_indices[key]
+
+
+def export_scene(depsgraph, camera_description, frame, context):
+    """The whole description of what the depsgraph shows, seen by a camera (see camera.py) in a frame."""
+    scene = depsgraph.scene_eval
+    meshes, instances, lights = geometry.export_objects(depsgraph, context)
+    edits = edit.export_edits(depsgraph.objects, context)
+    world = {"name": "", "material": -1}
+    if scene.world is not None:
+        context.materials.append(material.export_world(scene.world, context.images, context.warn))
+        world = {"name": scene.world.name, "material": len(context.materials) - 1}
+    return {
+        "meshes": meshes, "instances": instances, "lights": lights, "materials": context.materials,
+        "images": context.images.images, "edits": edits, "world": world, "camera": camera_description, "frame": frame,
+        "specular_threshold": scene.sluice.specular_threshold, "max_gates": scene.sluice.max_gates,
+    }

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edits: the Empties that are entries, each with the exits that name it."""
+import numpy as np
+
+
+def export_edits(objects, context):
+    """The EditDescriptions of the evaluated objects of a view layer, sorted by order."""
+    empties = [item for item in objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']
+    empties.sort(key=lambda item: (item.sluice.order, item.original.name_full))
+    # Copies of an Empty carry the order of the original: their place in the sorted list is unique
+    ranks = {item.original.name_full: rank for rank, item in enumerate(empties)}
+    edits = {item.original.name_full: _export_entry(item, ranks) for item in empties if item.sluice.role == 'ENTRY'}
+    for item in empties:
+        if item.sluice.role == 'EXIT':
+            _add_exit(item, ranks, edits, context)
+    for edit in edits.values():
+        if not edit["exits"] and edit["enabled"]:
+            context.warn(edit["entry"]["name"], "this entry has no exit: the light it takes is absorbed")
+    return list(edits.values())
+
+
+def _export_entry(item, ranks):
+    edit = item.sluice
+    return {
+        "entry": _export_quad(item, ranks), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
+        "amount": edit.amount, "feather": edit.feather, "exits": [],
+    }
+
+
+def _add_exit(item, ranks, edits, context):
+    name, entry = item.original.name, item.sluice.entry
+    if entry is None:
+        context.warn(name, "this exit has no entry: it sends out nothing; choose one in its panel")
+    elif entry.original.sluice.role != 'ENTRY':
+        context.warn(name, f"its entry {entry.name} is no entry: the exit sends out nothing")
+    elif entry.original.name_full not in edits:
+        context.warn(name, f"its entry {entry.name} is not in this render: the exit sends out nothing")
+    else:
+        edits[entry.original.name_full]["exits"].append(_export_exit(item, ranks, context))
+
+
+def _export_exit(item, ranks, context):
+    settings = item.sluice
+    return {
+        "quad": _export_quad(item, ranks), "intensity": settings.intensity, "hue_shift": settings.hue_shift,
+        "keep_brightness": settings.keep_brightness,
+        "intensity_texture": context.images.index(settings.intensity_texture),
+        "hue_shift_texture": context.images.index(settings.hue_shift_texture),
+        # a normal map holds directions, whatever colour space its file was opened in
+        "normal_map": context.images.index(settings.normal_map, color_space='NonColor'),
+    }
+
+
+def _export_quad(item, ranks):
+    return {
+        "name": item.original.name, "matrix": np.array(item.matrix_world, np.float64),
+        "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": ranks[item.original.name_full],
+    }

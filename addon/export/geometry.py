@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes, and the instances that show them. Curves, text, surfaces and metaballs reach us from the depsgraph as meshes.
+
+All arrays are read with foreach_get; nothing runs once per vertex in Python."""
+import numpy as np
+
+from .. import compat
+from . import light as light_export
+
+# Kinds of data that make a picture elsewhere and none here
+_SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
+            'POINTCLOUD': "point clouds are not rendered", 'GPENCIL': "grease pencil is not rendered",
+            'GREASEPENCIL': "grease pencil is not rendered"}
+
+
+def export_objects(depsgraph, context):
+    """(meshes, instances, lights) of all that is visible. A mesh is exported once, however many instances share it."""
+    meshes, instances, lights = [], [], []
+    mesh_indices = {}
+    for count, instance in enumerate(depsgraph.object_instances):  # an instance must not be kept past its step
+        if count % 256 == 0:
+            context.check_cancel()
+        item = instance.object
+        if instance.is_instance and item.type == 'EMPTY' and item.original.sluice.role != 'NONE':
+            context.warn(item.original.name, "an edit inside a collection instance is ignored; put it in the scene itself")
+        if not (instance.show_self or instance.is_instance):
+            continue
+        if not instance.is_instance:
+            _warn_of_hair(item, context)
+        if item.type == 'LIGHT':
+            lights.append(light_export.export_light(item, instance.matrix_world, _names(instance, context), context.warn))
+        elif item.type == 'MESH' and item.data is not None:
+            mesh = item.data
+            index = mesh_indices.get(mesh)
+            if index is None:
+                context.check_cancel()
+                index = mesh_indices[mesh] = _append_mesh(mesh, meshes)
+            if index >= 0:
+                instances.append(_export_instance(instance, index, context))
+        elif item.type in _SKIPPED:
+            context.warn(item.original.name, _SKIPPED[item.type])
+    return meshes, instances, lights
+
+
+def _append_mesh(mesh, meshes):
+    """Index of the exported mesh, -1 if it has no faces."""
+    description = export_mesh(mesh)
+    if description is None:
+        return -1
+    meshes.append(description)
+    return len(meshes) - 1
+
+
+def export_mesh(mesh):
+    """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat."""
+    mesh.calc_loop_triangles()
+    triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
+    if triangle_count == 0:
+        return None
+    triangles = np.empty(triangle_count * 3, np.int32)
+    loops = np.empty(triangle_count * 3, np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    slots = np.zeros(triangle_count, np.int32)
+    if len(mesh.materials) > 1:
+        mesh.loop_triangles.foreach_get("material_index", slots)
+    normals = compat.split_normals(mesh, loop_count)
+    size = np.array(mesh.texspace_size, np.float32)
+    return {
+        "name": mesh.name,
+        "positions": compat.vertex_positions(mesh),
+        "triangles": triangles.astype(np.uint32).reshape(-1, 3),
+        "normals": np.empty((0, 3), np.float32) if normals is None else normals[loops],
+        "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
+        "uv_maps": _uv_maps(mesh, loops, loop_count),
+        "colors": _colors(mesh, loops, triangles),
+        # Generated = (p - location) / (2 size) + 1/2
+        "texture_origin": np.array(mesh.texspace_location, np.float32) - size,
+        "texture_size": 2 * size,
+    }
+
+
+def _uv_maps(mesh, loops, loop_count):
+    layers = list(mesh.uv_layers)
+    chosen = next((index for index, layer in enumerate(layers) if layer.active_render), 0)
+    return [{"name": layer.name, "corners": compat.uv_corners(layer, loop_count)[loops]}
+            for layer in compat.active_first(layers, chosen)]
+
+
+def _colors(mesh, loops, vertices):
+    """Colour attributes, linear, without alpha. Each lives on corners or on vertices."""
+    colors = []
+    for layer in compat.color_attribute_layers(mesh):
+        values = np.empty(len(layer.data) * 4, np.float32)
+        layer.data.foreach_get("color", values)
+        where = loops if layer.domain == 'CORNER' else vertices
+        colors.append({"name": layer.name, "corners": np.ascontiguousarray(values.reshape(-1, 4)[where, :3])})
+    return colors
+
+
+def _names(instance, context):
+    original = instance.object.original
+    if not instance.is_instance:
+        return context.names.of(original)
+    return context.names.of_instance(original, instance.parent.original if instance.parent else None)
+
+
+def _export_instance(instance, mesh_index, context):
+    item = instance.object
+    camera, shadow = item.visible_camera, item.visible_shadow
+    if instance.is_instance and instance.parent:  # the instancer's switches hold for what it makes (as in Cycles)
+        camera, shadow = camera and instance.parent.visible_camera, shadow and instance.parent.visible_shadow
+    random_id = instance.random_id if instance.is_instance else name_hash(item.original.name)
+    return {
+        "names": _names(instance, context),
+        "mesh": mesh_index,
+        "matrix": np.array(instance.matrix_world, np.float64),
+        "materials": [context.material_index(found) for found in _materials(item)],
+        "visible_to_camera": bool(camera),
+        "casts_shadow": bool(shadow),
+        "color": tuple(item.color[:3]),
+        "random": (random_id & 0xffffffff) / 4294967296.0,
+        "object_index": item.pass_index,
+    }
+
+
+def _materials(item):
+    """The materials by slot: the evaluated mesh's (modifiers may set them), unless the object's slot holds its own."""
+    slots, of_mesh = item.material_slots, item.data.materials
+    found = []
+    for index in range(max(len(of_mesh), len(slots))):
+        slot = slots[index] if index < len(slots) else None
+        own = slot is not None and slot.link == 'OBJECT'
+        found.append(slot.material if own or index >= len(of_mesh) else of_mesh[index])
+    return found
+
+
+def _warn_of_hair(item, context):
+    for modifier in item.modifiers:
+        system = getattr(modifier, "particle_system", None)
+        if system is not None and system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
+            context.warn(item.original.name, f"hair is not rendered (particle system {system.name})")
+
+
+def name_hash(name):
+    """Object Info's random number of an object that is no instance, as Cycles makes it: Jenkins' hash of a hash of the name."""
+    value, mask = 0, 0xffffffff
+    for byte in name.encode():
+        value = (value * 37 + byte) & mask
+    a = b = c = (0xdeadbeef + (2 << 2) + 13) & mask
+    a = (a + value) & mask
+
+    def rotate(x, bits):
+        return ((x << bits) | (x >> (32 - bits))) & mask
+
+    c = ((c ^ b) - rotate(b, 14)) & mask
+    a = ((a ^ c) - rotate(c, 11)) & mask
+    b = ((b ^ a) - rotate(a, 25)) & mask
+    c = ((c ^ b) - rotate(b, 16)) & mask
+    a = ((a ^ c) - rotate(c, 4)) & mask
+    b = ((b ^ a) - rotate(a, 14)) & mask
+    return ((c ^ b) - rotate(b, 24)) & mask

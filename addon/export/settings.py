@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The settings of a session: scene.sluice under its own names, and what the render asks beside them."""
+
+NAMES = (
+    "passes", "photons", "seed", "use_animated_seed", "max_depth", "max_gates", "specular_threshold", "time_limit", "error_target",
+    "use_direct", "use_caustics", "use_edited", "use_indirect", "use_edits",
+)
+
+
+def export_settings(scene, threads=None):
+    """A dict for Session.start, in the units that the panels show (error_target in percent)."""
+    render = scene.render
+    found = {name: getattr(scene.sluice, name) for name in NAMES}
+    found["threads"] = render.threads if threads is None else threads
+    found["frame"] = scene.frame_current
+    found["film_transparent"] = render.film_transparent
+    return found
+
+
+def for_preview(settings):
+    """Little work for a material preview: a thumbnail that appears at once."""
+    return {**settings, "passes": min(settings["passes"], 8), "photons": min(settings["photons"], 30000),
+            "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0}

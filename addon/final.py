@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The final render: one function per verb of Blender's render engine. update copies the scene while Blender holds it still; render
+runs a session on the core's threads and polls it. Everything is caught here: a failed render must not write a frame, and for
+Blender only report({'ERROR'}) is a failure (an exception, or error_set alone, would write a black frame and exit with 0)."""
+import sys
+import traceback
+from dataclasses import dataclass, field
+
+from . import core, export, passes, status
+from .export.camera import export_camera, export_frame
+from .export.names import Names
+from .export.settings import export_settings, for_preview
+
+POLL = 0.1  # seconds between two looks at the session and at Esc
+_MOST_REPORTS = 20  # warnings shown in Blender; all of them go to stderr
+
+
+class Failure(Exception):
+    """Why there is no image: the thing at fault, where in its expression, and what to do about it."""
+
+    def __init__(self, message, item="", column=None):
+        super().__init__(message)
+        self.item, self.column = item, column
+
+    def __str__(self):
+        where = f"{self.item}: " if self.item else ""
+        column = f"column {self.column}: " if self.column else ""
+        return where + column + super().__str__()
+
+
+@dataclass
+class Job:
+    """What update hands to render; no Blender data in it."""
+
+    layer: str
+    description: dict = None
+    settings: dict = None
+    warnings: list = field(default_factory=list)
+    failure: Failure = None
+    cancelled: bool = False
+
+
+def update(engine, data, depsgraph):
+    """Deep-copies the scene. Never raises: what went wrong waits in the job for render to report."""
+    engine.job = job = Job(depsgraph.view_layer_eval.name)
+    try:
+        core.load()
+        engine.update_stats("", "Copying the scene")
+        _copy_scene(engine, data, depsgraph, job)
+    except export.Cancelled:
+        job.cancelled = True
+    except Exception as error:
+        job.failure = as_failure(error)
+
+
+def _copy_scene(engine, data, depsgraph, job):
+    scene = depsgraph.scene_eval
+    context = export.Context(Names(data.collections), cancelled=engine.test_break)
+    job.warnings = context.warnings
+    camera_object = engine.camera_override or scene.camera
+    if camera_object is None:
+        raise Failure("the scene has no camera: add one and make it active")
+    camera_object = camera_object.evaluated_get(depsgraph)
+    camera = export_camera(camera_object, camera_object.matrix_world, context.warn)
+    frame = export_frame(engine.resolution_x, engine.resolution_y, scene.render)
+    job.settings = export_settings(scene)
+    if engine.is_preview:
+        job.settings = for_preview(job.settings)
+    job.description = export.export_scene(depsgraph, camera, frame, context)
+
+
+def render(engine):
+    """Renders the job of the last update. Never raises."""
+    job, engine.job = engine.job, None
+    if job is None or job.cancelled:
+        return
+    session = None
+    try:
+        if job.failure is not None:
+            raise job.failure
+        session = core.new_session()
+        _run(engine, job, session)
+    except Exception as error:
+        _report_failure(engine, as_failure(error))
+    finally:
+        if session is not None:
+            session.cancel()
+
+
+def _run(engine, job, session):
+    passes.add_passes(engine, job.layer)
+    result = passes.begin(engine, job.layer)
+    _trust_size(job.description["frame"], result)
+    session.start(job.description, job.settings)
+    job.description = None  # the core has its own copy now
+    stream = status.Stream(engine, result, enabled=not status.in_background())
+    stopped = False
+    while not session.wait(POLL):
+        if engine.test_break():
+            session.cancel()
+            stopped = True
+            break
+        stream.refresh(session)
+    progress = session.progress()
+    if progress["state"] == 'failed':
+        raise core_failure(progress)
+    _report_warnings(engine, job.warnings + list(session.warnings()))
+    images = session.snapshot([item.name for item in passes.PASSES])
+    if images is None:
+        if stopped:
+            return  # Esc before the first image: Blender keeps what it showed and writes nothing
+        raise Failure("the render ended without an image")
+    passes.write(result, images)
+    engine.end_result(result)
+    _finish(engine, session, progress, job)
+
+
+def _trust_size(frame, result):
+    """The result's size is Blender's word on how large the border is; the frame's corner is ours."""
+    frame["x1"], frame["y1"] = frame["x0"] + result.resolution_x, frame["y0"] + result.resolution_y
+
+
+def _finish(engine, session, progress, job):
+    """Says why the render stopped, and puts into the file's header what made it."""
+    statistics = session.statistics()
+    if not engine.is_preview:
+        print(f"sluice: {status.summary(progress)}", flush=True)
+        if statistics.get("report"):
+            print(statistics["report"], flush=True)
+        if progress["stop_reason"] in {'time', 'error'}:
+            engine.report({'INFO'}, f"Sluice: {status.summary(progress)}")
+    stamps = {
+        "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
+        "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
+        "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
+    }
+    result = engine.get_result()  # fields of a tile's result are lost; the whole result keeps them
+    if result is not None:
+        for name, value in stamps.items():
+            result.stamp_data_add_field(f"Sluice {name}", str(value))
+
+
+def _report_warnings(engine, warnings):
+    if engine.is_preview:
+        return
+    for count, (item, message) in enumerate(warnings):
+        text = f"{item}: {message}" if item else message
+        print(f"sluice: warning: {text}", file=sys.stderr, flush=True)
+        if count < _MOST_REPORTS:
+            engine.report({'WARNING'}, f"Sluice: {text}")
+    if len(warnings) > _MOST_REPORTS:
+        engine.report({'WARNING'}, f"Sluice: {len(warnings) - _MOST_REPORTS} more warnings in the console")
+
+
+def _report_failure(engine, failure):
+    """The one way to fail: Blender raises for an ERROR report, writes no file and exits with a code that is not 0."""
+    if engine.is_preview:
+        return
+    print(f"sluice: error: {failure}", file=sys.stderr, flush=True)
+    engine.report({'ERROR'}, f"Sluice: {failure}")
+    engine.error_set(f"Sluice: {failure}")
+
+
+def as_failure(error):
+    """Any exception as a Failure; what is not meant for artists leaves its traceback in the console."""
+    if isinstance(error, Failure):
+        return error
+    if isinstance(error, core.CoreMissing):
+        return Failure(str(error))
+    if hasattr(error, "item"):  # SceneError, ExpressionError
+        item, column, message = core.expression_problem(error)
+        return Failure(message, item, column)
+    traceback.print_exception(type(error), error, error.__traceback__)
+    return Failure(f"internal error: {type(error).__name__}: {error}")
+
+
+def core_failure(progress):
+    """The error a session ended with."""
+    error = progress["error"] or {}
+    return Failure(error.get("message") or progress["message"], error.get("item") or "", error.get("column"))
+
+
+def free(engine):
+    """The engine goes away: nothing of it may run on. (Its session is stopped by render itself.)"""
+    engine.job = None

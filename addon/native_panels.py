@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's own panels that hold for Sluice too: a name added to COMPAT_ENGINES, taken away again on unregister. No panel whose
+options Sluice ignores; ours for lamps and visibility are in panels.py. Also the shader nodes in the node editor's Add menu."""
+import bpy
+
+ENGINE = 'SLUICE'
+
+_EXCLUDED = {
+    # ours are in panels.py
+    "DATA_PT_light", "NODE_DATA_PT_light", "DATA_PT_area", "DATA_PT_spot", "OBJECT_PT_visibility",
+    # options without effect here
+    "DATA_PT_falloff_curve", "DATA_PT_camera_stereoscopy", "RENDER_PT_stereoscopy", "RENDER_PT_output_views",
+    "DATA_PT_volume_render", "RENDER_PT_simplify_greasepencil", "WORLD_PT_mist",
+}
+_EXCLUDED_WORDS = ("freestyle", "lightprobe", "hair", "gpencil", "grease")
+# Panels that name only EEVEE or Cycles, for nodes and depth of field
+_NAMED = (
+    "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "MATERIAL_PT_preview", "EEVEE_WORLD_PT_surface",
+    "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
+)
+# Nodes that the Add menu shows for Cycles and EEVEE only
+_SHADERS = (
+    "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlass",
+    "ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent", "ShaderNodeBsdfTransparent", "ShaderNodeEmission",
+    "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeOutputMaterial", "ShaderNodeOutputWorld",
+)
+_adopted = []  # panels that carry our name because we put it there
+
+
+def compatible_panels():
+    """The native panels that shall show for Sluice."""
+    for panel in bpy.types.Panel.__subclasses__():
+        engines = getattr(panel, "COMPAT_ENGINES", None)
+        if engines is None or panel.__name__ in _EXCLUDED:
+            continue
+        if any(word in panel.__name__.lower() for word in _EXCLUDED_WORDS):
+            continue
+        if 'BLENDER_RENDER' in engines or panel.__name__ in _NAMED:
+            yield panel
+
+
+class SLUICE_MT_add_shader(bpy.types.Menu):
+    bl_idname = "SLUICE_MT_add_shader"
+    bl_label = "Sluice Shader"
+
+    def draw(self, context):
+        world = context.space_data.shader_type == 'WORLD'
+        for name in _SHADERS:
+            node = getattr(bpy.types, name, None)
+            if node is None or (name.endswith(("World", "Background")) != world and "Emission" not in name and "Shader" != name[-6:]):
+                continue
+            entry = self.layout.operator("node.add_node", text=node.bl_rna.name)
+            entry.type, entry.use_transform = name, True
+
+
+def draw_add_shader(self, context):
+    if context.engine == ENGINE and context.space_data.tree_type == 'ShaderNodeTree':
+        self.layout.menu("SLUICE_MT_add_shader", icon='NODE_MATERIAL')
+
+
+def register():
+    for panel in compatible_panels():
+        if ENGINE not in panel.COMPAT_ENGINES:
+            panel.COMPAT_ENGINES.add(ENGINE)
+            _adopted.append(panel)
+    bpy.utils.register_class(SLUICE_MT_add_shader)
+    bpy.types.NODE_MT_add.append(draw_add_shader)
+
+
+def unregister():
+    bpy.types.NODE_MT_add.remove(draw_add_shader)
+    bpy.utils.unregister_class(SLUICE_MT_add_shader)
+    for panel in _adopted:
+        panel.COMPAT_ENGINES.discard(ENGINE)
+    _adopted.clear()

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edits drawn in the 3D view: entries blue, exits mauve (the paper's colours), arrow and link line. Hidden by the overlay switch.
+
+Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
+from collections import namedtuple
+
+import bpy
+import numpy as np
+
+from . import compat
+
+_ENTRY, _EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
+_TOWARDS_EYE = 0.002  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
+_handle = None
+
+Shape = namedtuple("Shape", "fills lines")  # lists of (points, colours), fills by triangles, lines by pairs
+
+
+def quad_corners(item):
+    """The four corners of an edit's quad in world space, counter-clockwise seen from the arrow's side, then the centre and the tip
+    of the arrow."""
+    s = item.empty_display_size
+    matrix = np.array(item.matrix_world)
+    local = np.array(((-s, -s, 0, 1), (s, -s, 0, 1), (s, s, 0, 1), (-s, s, 0, 1)))
+    corners = (local @ matrix.T)[:, :3]
+    x, y = corners[1] - corners[0], corners[3] - corners[0]
+    normal = np.cross(x, y)
+    length = np.linalg.norm(normal)
+    if length > 0:
+        normal *= np.sign(np.dot(normal, matrix[:3, 2]) or 1) / length
+    reach = 0.35 * min(np.linalg.norm(x), np.linalg.norm(y))
+    centre = matrix[:3, 3]
+    return corners, centre, centre + normal * reach
+
+
+def shapes(items):
+    """What to draw for the Empties of edits: (points, colours) of triangles and of lines."""
+    fills, lines = [], []
+    for item in items:
+        edit = item.sluice
+        color = _ENTRY if edit.role == 'ENTRY' else _EXIT
+        alive = edit.enabled if edit.role == 'ENTRY' else bool(edit.entry and edit.entry.sluice.enabled)
+        strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
+        corners, centre, tip = quad_corners(item)
+        fills.append((corners[[0, 1, 2, 0, 2, 3]], (*color, 0.22 * strength)))
+        lines.append((corners[[0, 1, 1, 2, 2, 3, 3, 0]], (*color, 0.95 * strength)))
+        lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
+        if edit.role == 'EXIT' and edit.entry is not None:
+            link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
+            lines.append((link, np.array(((*_ENTRY, 0.7 * strength), (*_EXIT, 0.7 * strength)))))
+    return Shape(fills, lines)
+
+
+def _arrow(corners, centre, tip):
+    """Shaft and four barbs of an arrow, as pairs of points."""
+    back = centre + 0.7 * (tip - centre)
+    reach = 0.12 * np.linalg.norm(tip - centre)
+    points = [centre, tip]
+    for side in (corners[1] - corners[0], corners[3] - corners[0]):
+        length = np.linalg.norm(side)
+        if length > 0:
+            points += [tip, back + side / length * reach, tip, back - side / length * reach]
+    return np.array(points)
+
+
+def _visible_edits(context):
+    view = context.space_data
+    return [item for item in context.view_layer.objects
+            if item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.visible_in_viewport_get(view) and item.visible_get()]
+
+
+def _draw():
+    context = bpy.context
+    view = context.space_data
+    if view is None or not view.overlay.show_overlays:
+        return
+    items = _visible_edits(context)
+    if items:
+        _draw_shapes(shapes(items), context.region, context.region_data)
+
+
+def _draw_shapes(found, region, region_3d):
+    import gpu
+    gpu.state.blend_set('ALPHA')
+    gpu.state.depth_mask_set(False)
+    # Once solid where it is in front, once faint where something hides it
+    for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
+        gpu.state.depth_test_set(depth_test)
+        _draw_batch(gpu, 'TRIS', "SMOOTH_COLOR", found.fills, region_3d, strength)
+        _draw_batch(gpu, 'LINES', "POLYLINE_SMOOTH_COLOR", found.lines, region_3d, strength, region)
+    gpu.state.depth_test_set('NONE')
+    gpu.state.depth_mask_set(True)
+    gpu.state.blend_set('NONE')
+
+
+def _draw_batch(gpu, kind, shader_name, parts, region_3d, strength, region=None):
+    from gpu_extras.batch import batch_for_shader
+    shader = compat.builtin_shader(gpu, shader_name)
+    points = np.concatenate([points for points, _color in parts])
+    colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
+    batch = batch_for_shader(shader, kind, {"pos": _nearer(points, region_3d).astype(np.float32), "color": colors.astype(np.float32)})
+    shader.bind()
+    if region is not None:
+        shader.uniform_float("viewportSize", (region.width, region.height))
+        shader.uniform_float("lineWidth", 1.6 * bpy.context.preferences.system.pixel_size)
+    batch.draw(shader)
+
+
+def _nearer(points, region_3d):
+    """The points, moved a little towards the eye."""
+    inverse = np.array(region_3d.view_matrix.inverted())
+    if region_3d.is_perspective:
+        return points + _TOWARDS_EYE * (inverse[:3, 3] - points)
+    return points + _TOWARDS_EYE * region_3d.view_distance * inverse[:3, 2]
+
+
+def register():
+    global _handle
+    if not bpy.app.background:
+        _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), 'WINDOW', 'POST_VIEW')
+
+
+def unregister():
+    global _handle
+    if _handle is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handle, 'WINDOW')
+        _handle = None

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render passes, and how their pixels get into a render result."""
+from dataclasses import dataclass
+
+from . import compat
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A render pass: its name, its channels as the EXR file names them, and what the compositor makes of it."""
+
+    name: str
+    channels: str
+    kind: str
+
+
+PASSES = (
+    Pass("Combined", "RGBA", 'COLOR'),
+    Pass("Depth", "Z", 'VALUE'),
+    Pass("Normal", "XYZ", 'VECTOR'),
+    Pass("Albedo", "RGB", 'COLOR'),
+    Pass("Direct", "RGB", 'COLOR'),
+    Pass("Caustics", "RGB", 'COLOR'),
+    Pass("Edited", "RGB", 'COLOR'),
+    Pass("Indirect", "RGB", 'COLOR'),
+    Pass("Emission", "RGB", 'COLOR'),
+    Pass("Noise", "X", 'VALUE'),
+)
+
+
+def register_passes(engine, scene, view_layer):
+    """Gives the compositor its sockets."""
+    for item in PASSES:
+        engine.register_pass(scene, view_layer, item.name, len(item.channels), item.channels, item.kind)
+
+
+def add_passes(engine, layer):
+    """Gives the render result its buffers; Combined is always there."""
+    for item in PASSES[1:]:
+        engine.add_pass(item.name, len(item.channels), item.channels, layer=layer)
+
+
+def begin(engine, layer):
+    """A result of the size that Blender wants: the border's with a render border, the whole frame else."""
+    return engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=layer)
+
+
+def write(result, images):
+    """Fills every pass of a result from {name: (height, width, channels)}. A pass that the result has and we do not make (Blender
+    adds some of its own to previews) stays black. Returns the names of passes written."""
+    written = []
+    for render_pass in result.layers[0].passes:
+        pixels = images.get(render_pass.name)
+        if pixels is not None and pixels.shape[:2] == (result.resolution_y, result.resolution_x):
+            compat.set_pass_rect(render_pass, pixels)
+            written.append(render_pass.name)
+    return written

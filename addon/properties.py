@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The properties artists see and scripts use: scene.sluice, object.sluice, view_layer.sluice. Their names are public (design §8).
+
+An edit lives on its Empty: keyframes, copies, parents and library overrides of the object are the edit's own."""
+import math
+
+import bpy
+from bpy.props import (
+    BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty,
+)
+
+OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
+
+
+def _tag_owner(self, _context):
+    """A property of an add-on does not wake the viewport by itself; tagging its owner does."""
+    self.id_data.update_tag()
+
+
+def _tag_object(self, _context):
+    # An edit sits on an Empty, so this tag drags no geometry along
+    self.id_data.update_tag(refresh={'OBJECT'})
+
+
+def highest_order():
+    """The highest order of all edits of the file, 0 without any."""
+    return max((item.sluice.order for item in bpy.data.objects if item.sluice.role != 'NONE'), default=0)
+
+
+def _role_changed(self, context):
+    """The order is given when an Empty becomes part of an edit, one above all others, so that it is unique."""
+    owner = self.id_data
+    others = {item.sluice.order for item in bpy.data.objects if item != owner and item.sluice.role != 'NONE'}
+    if self.role != 'NONE' and (self.order == 0 or self.order in others):
+        self.order = max(others, default=0) + 1
+    _tag_object(self, context)
+
+
+def _is_entry(_self, candidate):
+    return candidate.type == 'EMPTY' and candidate.sluice.role == 'ENTRY'
+
+
+class SluiceObject(bpy.types.PropertyGroup):
+    """The entry or the exit of an edit, on an Empty."""
+
+    role: EnumProperty(
+        name="Role", description="What this Empty is to the light", default='NONE', override=OVERRIDABLE, update=_role_changed,
+        items=(('NONE', "None", "An Empty like any other"),
+               ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
+               ('EXIT', "Exit", "Sends out again what its entry captured")))
+    order: IntProperty(
+        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
+        default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
+    offset: FloatProperty(
+        name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "
+        "is always added", subtype='DISTANCE', default=0.0, soft_min=0.0, soft_max=1.0, precision=4, override=OVERRIDABLE,
+        update=_tag_object)
+
+    expression: StringProperty(
+        name="Expression", description="Which light is captured, by what happened to it since its source. LS+: caustics; "
+        "L: direct light; L.*D: light that bounced off something diffuse; names in quotes: LS'Glass egg'+",
+        default="LS+", maxlen=1024, override=OVERRIDABLE, update=_tag_object)
+    enabled: BoolProperty(
+        name="Enabled", description="Let this edit act", default=True, override=OVERRIDABLE, update=_tag_object)
+    repeat: BoolProperty(
+        name="Repeat", description="May act more than once on one path of light", default=False, override=OVERRIDABLE,
+        update=_tag_object)
+    amount: FloatProperty(
+        name="Amount", description="How much of the matching light the entry takes; the rest goes on as if there were no edit",
+        subtype='FACTOR', default=1.0, min=0.0, max=1.0, override=OVERRIDABLE, update=_tag_object)
+    feather: FloatProperty(
+        name="Feather", description="Width of the entry's soft border, as a fraction of half its side", subtype='FACTOR',
+        default=0.0, min=0.0, max=1.0, override=OVERRIDABLE, update=_tag_object)
+
+    entry: PointerProperty(
+        name="Entry", description="The entry whose light leaves here", type=bpy.types.Object, poll=_is_entry,
+        override=OVERRIDABLE, update=_tag_object)
+    intensity: FloatProperty(
+        name="Intensity", description="Factor on the energy that leaves here", default=1.0, min=0.0, soft_max=10.0, max=1e4,
+        override=OVERRIDABLE, update=_tag_object)
+    hue_shift: FloatProperty(
+        name="Hue Shift", description="Turns the colour of the light on the hue circle, at the same brightness", subtype='ANGLE',
+        default=0.0, soft_min=-math.pi, soft_max=math.pi, override=OVERRIDABLE, update=_tag_object)
+    keep_brightness: BoolProperty(
+        name="Keep Brightness", description="Scale the energy by the area of the exit over that of the entry, so that a larger "
+        "exit is as bright as the entry was; off: the energy is kept, and a larger exit is darker", default=True,
+        override=OVERRIDABLE, update=_tag_object)
+    intensity_texture: PointerProperty(
+        name="Intensity Texture", description="Its linear luminance times the intensity, across the exit", type=bpy.types.Image,
+        override=OVERRIDABLE, update=_tag_object)
+    hue_shift_texture: PointerProperty(
+        name="Hue Shift Texture", description="Its linear luminance times the hue shift, across the exit", type=bpy.types.Image,
+        override=OVERRIDABLE, update=_tag_object)
+    normal_map: PointerProperty(
+        name="Normal Map", description="Turns the light that leaves, by a tangent space normal map across the exit",
+        type=bpy.types.Image, override=OVERRIDABLE, update=_tag_object)
+
+
+class SluiceScene(bpy.types.PropertyGroup):
+    """Settings of the render."""
+
+    passes: IntProperty(
+        name="Passes", description="Passes of the final render; the image is their mean", default=64, min=1, soft_max=4096,
+        max=1 << 24, override=OVERRIDABLE, update=_tag_owner)
+    photons: IntProperty(
+        name="Photons", description="Photons that the lights send out in each pass", default=200000, min=1, soft_min=1000,
+        soft_max=5000000, max=1 << 30, override=OVERRIDABLE, update=_tag_owner)
+    seed: IntProperty(
+        name="Seed", description="Another seed gives other noise; the same one the same image, bit by bit", default=0, min=0,
+        override=OVERRIDABLE, update=_tag_owner)
+    use_animated_seed: BoolProperty(
+        name="Animated Seed", description="Another seed in each frame, so that noise moves instead of sticking to the screen",
+        default=False, override=OVERRIDABLE, update=_tag_owner)
+    max_depth: IntProperty(
+        name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=255,
+        override=OVERRIDABLE, update=_tag_owner)
+    max_gates: IntProperty(
+        name="Max Edits per Path", description="How many times edits may act on one path of light", default=8, min=1,
+        soft_max=32, max=63, override=OVERRIDABLE, update=_tag_owner)
+    specular_threshold: FloatProperty(
+        name="Specular Threshold", description="Roughness up to which a reflection or refraction counts as specular (S) in "
+        "expressions and is followed like a mirror", subtype='FACTOR', default=0.1, min=0.0, max=1.0, override=OVERRIDABLE,
+        update=_tag_owner)
+    time_limit: FloatProperty(
+        name="Time Limit", description="Stop after this time, 0 for none", unit='TIME_ABSOLUTE', default=0.0, min=0.0,
+        soft_max=3600.0, step=100, precision=1, override=OVERRIDABLE, update=_tag_owner)
+    error_target: FloatProperty(
+        name="Error Target", description="Stop when the estimated error of the image falls below this, 0 for none",
+        subtype='PERCENTAGE', default=0.0, min=0.0, max=100.0, precision=2, override=OVERRIDABLE, update=_tag_owner)
+    use_direct: BoolProperty(
+        name="Direct", description="Light that arrives straight from its source", default=True, override=OVERRIDABLE,
+        update=_tag_owner)
+    use_caustics: BoolProperty(
+        name="Caustics", description="Light that arrives from a mirror or through glass", default=True, override=OVERRIDABLE,
+        update=_tag_owner)
+    use_edited: BoolProperty(
+        name="Edited Light", description="Light that arrives through the exit of an edit", default=True, override=OVERRIDABLE,
+        update=_tag_owner)
+    use_indirect: BoolProperty(
+        name="Indirect", description="Light that arrives from another lit surface", default=True, override=OVERRIDABLE,
+        update=_tag_owner)
+    use_edits: BoolProperty(
+        name="Light Edits", description="All edits at once: off shows the scene as it is", default=True, override=OVERRIDABLE,
+        update=_tag_owner)
+
+
+class SluiceLayer(bpy.types.PropertyGroup):
+    """A render pass that holds the light whose whole path matches an expression."""
+
+    name: StringProperty(name="Name", description="Name of the render pass", override=OVERRIDABLE, update=_tag_owner)
+    expression: StringProperty(
+        name="Expression", description="Over the whole path of the light, from L to E", default="L.*E", maxlen=1024,
+        override=OVERRIDABLE, update=_tag_owner)
+
+
+class SluiceViewLayer(bpy.types.PropertyGroup):
+    """Settings of a view layer."""
+
+    layers: CollectionProperty(
+        name="Light Layers", description="Render passes chosen by an expression", type=SluiceLayer,
+        override={'LIBRARY_OVERRIDABLE', 'USE_INSERTION'})
+
+
+_classes = (SluiceObject, SluiceScene, SluiceLayer, SluiceViewLayer)
+_owners = ((bpy.types.Object, SluiceObject), (bpy.types.Scene, SluiceScene), (bpy.types.ViewLayer, SluiceViewLayer))
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+    for owner, cls in _owners:
+        owner.sluice = PointerProperty(type=cls, override=OVERRIDABLE)
+
+
+def unregister():
+    for owner, _cls in _owners:
+        del owner.sluice
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a running render shows: status line, progress bar, memory, and the image as it refines."""
+import time
+
+import bpy
+
+from . import passes
+
+_STOPS = {
+    'passes': "all passes done", 'time': "stopped by the time limit", 'error': "stopped at the error target",
+    'cancelled': "cancelled", 'cancel': "cancelled",
+}
+
+
+def in_background():
+    return bpy.app.background
+
+
+def duration(seconds):
+    """0:07, 12:34, 1:02:03."""
+    minutes, rest = divmod(int(seconds + 0.5), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def count(number):
+    """1,234 as it is; 12.3 k, 4.5 M, 6.7 G above."""
+    for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e4)):
+        if number >= size:
+            return f"{number / (1e3 if unit == 'k' else size):.1f} {unit}"
+    return f"{int(number):,}"
+
+
+def line(progress):
+    """The status line of a session."""
+    if progress["state"] == 'compiling':
+        return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
+    parts = [f"Pass {progress['pass']}/{progress['passes']}", f"Photons {count(progress['photons'])}",
+             f"Time {duration(progress['seconds'])}"]
+    if _known(progress["seconds_left"]):
+        parts.append(f"Left {duration(progress['seconds_left'])}")
+    if _known(progress["error_estimate"]):
+        parts.append(f"Noise {100 * progress['error_estimate']:.2g} %")
+    return " | ".join(parts)
+
+
+def summary(progress):
+    """One sentence at the end: what was done and why it stopped."""
+    parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
+             f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
+    if _known(progress["error_estimate"]):
+        parts.append(f"noise {100 * progress['error_estimate']:.2g} %")
+    return ", ".join(parts)
+
+
+def _known(number):
+    """A figure that the session can tell: neither None nor negative nor infinite."""
+    return number is not None and 0 <= number < 1e9
+
+
+class Stream:
+    """Refreshes what Blender shows of a session, as often as it is cheap: numbers 4 times a second (in background once a second at
+    first, each time later by twice as much, to 16 s, since Blender prints a line each time), images so that copying them takes
+    less than a thirtieth of the time."""
+
+    def __init__(self, engine, result, enabled):
+        self._engine, self._result, self._enabled = engine, result, enabled
+        self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
+        self._next_image, self._shown_pass = 0.0, 0
+
+    def refresh(self, session):
+        progress = session.progress()
+        now = time.monotonic()
+        if now >= self._next_line:
+            self._show_numbers(progress)
+            self._next_line = now + self._interval
+            if not self._enabled:
+                self._interval = min(2 * self._interval, 16.0)
+        if self._enabled and now >= self._next_image and progress["pass"] > self._shown_pass:
+            self._show_image(session)
+            self._shown_pass = progress["pass"]
+            done = time.monotonic()
+            self._next_image = done + min(5.0, max(0.2, 30 * (done - now)))
+
+    def _show_numbers(self, progress):
+        engine = self._engine
+        engine.update_stats("", line(progress))
+        megabytes = progress["memory"] / 2 ** 20
+        engine.update_memory_stats(memory_used=megabytes, memory_peak=megabytes)
+        left = progress["seconds_left"]
+        if _known(left) and progress["seconds"] + left > 0:
+            engine.update_progress(progress["seconds"] / (progress["seconds"] + left))
+        elif progress["passes"]:
+            engine.update_progress(progress["pass"] / progress["passes"])
+
+    def _show_image(self, session):
+        images = session.snapshot([item.name for item in passes.PASSES])
+        if images is not None:
+            passes.write(self._result, images)
+            self._engine.update_result(self._result)
