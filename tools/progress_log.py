@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the progress that Sluice writes while it renders, when the environment variable SLUICE_PROGRESS_LOG names a file.
+
+One JSON object per line and update: seconds, pass, passes, error_estimate (relative, 0.05 = 5 %, null while unknown), photons, effects
+(list of {name, runs, why}), and on the last line what else the engine knows: counters (name -> number), stopped_by, warnings."""
+
+import json
+import math
+from pathlib import Path
+
+TARGETS = (0.10, 0.05, 0.02, 0.01)
+
+
+def read(path: Path) -> list[dict]:
+    """The updates so far; a line that is still being written is left out."""
+    updates = []
+    if path.exists():
+        for line in path.read_text().splitlines():
+            try:
+                updates.append(json.loads(line))
+            except ValueError:
+                break
+    return updates
+
+
+def error_curve(updates: list[dict]) -> tuple[list[float], list[float]]:
+    """Seconds and error estimates (relative) of the updates that have one."""
+    points = [(u["seconds"], u["error_estimate"]) for u in updates if u.get("error_estimate") and u["seconds"] > 0]
+    points = [(s, e) for s, e in points if math.isfinite(e)]
+    return [s for s, _ in points], [e for _, e in points]
+
+
+def slope(seconds: list[float], errors: list[float]) -> tuple[float, float] | None:
+    """Line through the later half of the curve in log-log: (exponent, log of the error at 1 s)."""
+    tail = [(math.log(s), math.log(e)) for s, e in zip(seconds, errors, strict=True)][len(seconds) // 2 :]
+    if len(tail) < 3:
+        return None
+    mean_x, mean_y = (sum(values) / len(tail) for values in zip(*tail, strict=True))
+    spread = sum((x - mean_x) ** 2 for x, _ in tail)
+    if spread == 0:
+        return None
+    exponent = sum((x - mean_x) * (y - mean_y) for x, y in tail) / spread
+    return exponent, mean_y - exponent * mean_x
+
+
+def price(seconds: list[float], errors: list[float], target: float) -> tuple[float, bool] | None:
+    """Seconds that an error costs, and whether that was reached (True) or follows from the slope (False). None: no way to tell."""
+    reached = [s for s, e in zip(seconds, errors, strict=True) if e <= target]
+    if reached:
+        return reached[0], True
+    line = slope(seconds, errors)
+    if line is None or line[0] > -0.1:
+        return None
+    return math.exp((math.log(target) - line[1]) / line[0]), False
+
+
+def price_text(seconds: list[float], errors: list[float]) -> str:
+    """'10 %: 2 s, 5 %: 8 s, 2 %: ~50 s, 1 %: ~200 s'; ~ marks what was not reached."""
+    parts = []
+    for target in TARGETS:
+        found = price(seconds, errors, target)
+        cost = "?" if found is None else f"{'' if found[1] else '~'}{found[0]:.{0 if found[0] >= 100 else 1}f} s"
+        parts.append(f"{target * 100:g} %: {cost}")
+    return ", ".join(parts)
