@@ -37,6 +37,7 @@ struct EditDescription {
   float amount = 1;     // how much of the matching light the entry takes
   float feather = 0;    // width of its soft border, fraction of the half side
   std::vector<ExitDescription> exits;  // none: the light is absorbed
+  std::vector<std::string> collections;  // of the entry: F'Collection' matches all edits in it
 };
 
 }  // namespace sluice

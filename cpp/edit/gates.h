@@ -31,6 +31,8 @@ struct EditSpace {
 // World bounds of the quads that will act (enabled, not refused); empty if there are none.
 [[nodiscard]] Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds);
 
+inline constexpr float max_intensity = 1e4f, max_area_ratio = 1e6f;  // numerics: gains of a chain must not overflow
+
 struct Exit {
   Quad quad;
   std::string name;
@@ -66,6 +68,9 @@ struct Passage {
   int group = -1;  // plane group of the far quad: the next segment excludes it
 };
 
+// M_d of the paper for a texel of a normal map: columns t, b, n of an orthogonal turn. Identity where the texel is no normal.
+[[nodiscard]] QuadFrame normal_map_turn(const Color& texel) noexcept;
+
 class Edits {
  public:
   [[nodiscard]] int size() const noexcept { return static_cast<int>(edits_.size()); }
@@ -76,6 +81,9 @@ class Edits {
   [[nodiscard]] double delta() const noexcept { return delta_; }      // how far quads float, without their own offset
   [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
   [[nodiscard]] const Automata& automata() const noexcept { return automata_; }
+
+  // An edit's entry (exit < 0) or exit.
+  [[nodiscard]] const Quad& quad(int edit, int exit) const noexcept;
 
   // Symbols of path words: L, E, D, S, G at an entity (-1: nameless), F at an edit.
   [[nodiscard]] EventClass event_class(Event kind, int entity) const noexcept { return automata_.alphabet.event(kind, entity); }
@@ -107,7 +115,9 @@ class Edits {
 
  private:
   friend class EditsBuilder;
-  [[nodiscard]] const Quad& quad(int edit, int exit) const noexcept;
+  [[nodiscard]] float intensity(const Exit& exit, const V2d& uv) const noexcept;
+  [[nodiscard]] float hue(const Exit& exit, const V2d& uv) const noexcept;
+  [[nodiscard]] std::optional<QuadFrame> turn(const Exit& exit, const V2d& uv) const noexcept;
 
   std::vector<Edit> edits_;
   int light_ = 0, view_ = 0;

@@ -5,6 +5,7 @@
 #pragma once
 #include <compare>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <unordered_map>
@@ -67,8 +68,8 @@ class StateTable {
  private:
   static constexpr StateId unknown = ~0u;
 
-  StateId find_next(StateId state, EventClass event) noexcept;
-  StateId advance(StateId state, EventClass event, int edit) noexcept;
+  [[nodiscard]] StateId find_next(StateId state, EventClass event) noexcept;
+  [[nodiscard]] StateId advance(StateId state, EventClass event, int edit) noexcept;
   StateId append(std::span<const std::uint32_t> content, std::uint64_t hash);
   std::uint32_t list_for(std::span<const std::uint32_t> content);
   void grow_index();
@@ -85,7 +86,8 @@ class StateTable {
   std::vector<std::uint32_t> words_, scratch_;
   std::vector<StateId> index_;               // open addressing: slots of states, by content
   std::unordered_map<std::uint64_t, StateId> through_;  // (state, edit)
-  std::vector<std::shared_ptr<const TakingList>> lists_;
+  std::vector<std::shared_ptr<const TakingList>> lists_;  // [0]: empty
+  std::map<std::vector<std::uint16_t>, std::uint32_t> list_numbers_;  // edits -> lists_
   std::uint64_t overflows_ = 0;
 };
 

@@ -3,6 +3,7 @@
 // A quad floats in front of its own plane, on the side of its arrow. Quads of one plane group are moved onto one plane, so that a ray
 // meets all of them at one and the same t and `order` decides.
 #pragma once
+#include <array>
 #include <optional>
 #include <span>
 
@@ -21,10 +22,12 @@ struct QuadFrame {
 struct Quad {
   V3d corner, edge_u, edge_v;     // point(u, v) = corner + u edge_u + v edge_v
   QuadFrame frame;
-  V3d dual_u, dual_v;             // u = (p - corner) · dual_u, for p in the plane
+  V3d dual_u, dual_v;             // u = p · dual_u - u0, for p in the plane
+  double u0 = 0, v0 = 0;
   V3d plane_normal;               // of the plane group: plane_normal · p = plane_offset
   double plane_offset = 0;
-  double slack_u = 0, slack_v = 0;  // a few ulp: neighbours share their edge
+  double slack = 0;               // a few ulp of the largest coordinate, so that neighbours share their edge
+  double slack_u = 0, slack_v = 0;  // the same in u and v
   double area = 0;
   double offset = 0;              // the artist's
   int order = 0;
@@ -38,15 +41,19 @@ struct QuadHit {
   V2d uv;  // in [0, 1]²
 };
 
-// Empty for a matrix that is not finite, or an area below 1e-12 extent². Not floated yet.
+inline constexpr double least_cosine = 1e-6;
+
+// World corners, (0,0) (1,0) (0,1) (1,1); empty for numbers that are not finite, or beyond 1e15.
+[[nodiscard]] std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& description) noexcept;
+
+// Empty also for an area below 1e-12 extent². Not floated yet.
 [[nodiscard]] std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre, double extent);
 
 // Floats every quad by delta + its offset, finds the plane groups (normals equal up to sign, floated planes within delta / 2) and
 // moves each quad onto the plane of its group. `scale`: largest |coordinate| that rays have, for the slack. Returns the number of groups.
 int place_quads(std::span<Quad* const> quads, double delta, double scale);
 
-// The ray's crossing, whatever its t (also behind the origin); empty outside of the quad or if nearly parallel (|n·d| < 1e-6).
-// d need not be unit: t counts in its length.
+// The ray's crossing, whatever its t (also behind the origin); empty outside of the quad or if nearly parallel (|n·d| < 1e-6, d unit).
 [[nodiscard]] std::optional<QuadHit> intersect(const Quad& quad, const V3d& origin, const V3d& direction) noexcept;
 
 // (u, v) of a point of the quad's plane, empty outside of it.

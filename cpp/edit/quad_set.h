@@ -2,6 +2,7 @@
 // Many quads asked at once: a plain loop over arrays for a few, a BVH of their own beyond that (design §2: quads are not in the
 // scene's acceleration structure). Every answer is computed in double by the formula of quad.h, so both ways agree bit for bit.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -44,6 +45,7 @@ class QuadSet {
 
   // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, std::span<const std::uint64_t> members = {}) const noexcept;
+  [[nodiscard]] bool any(const Segment& segment, std::span<const std::uint64_t> members = {}) const noexcept;
   // Appends all crossings, in no order.
   void all(const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
 
@@ -52,18 +54,20 @@ class QuadSet {
     V3d low, high;
     std::uint32_t first = 0, count = 0;  // leaf: quads [first, first + count); inner (count = 0): children first and first + 1
   };
-  template <class Visit>
-  void visit(const Segment& segment, double& t_max, const Visit& visit_range) const noexcept;
+  // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.
   template <class Found>
-  void scan(const Segment& segment, double t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept;
-  void split(std::uint32_t node);
+  void scan(const Segment& segment, double& t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept;
+  template <class Found>
+  void search(const Segment& segment, double& t_max, const Found& found) const noexcept;
+  void split(std::size_t node, std::vector<std::uint32_t>& order);
+  void permute(const std::vector<std::uint32_t>& order);
 
-  // Arrays by component, so that the loop is vectorised.
-  std::vector<double> normal_[3], offset_, u_[3], u0_, v_[3], v0_, slack_u_, slack_v_;
+  // By component, so that the loop is vectorised.
+  std::array<std::vector<double>, 14> columns_;
   std::vector<int> group_, order_;
   std::vector<QuadId> id_;
-  std::vector<V3d> low_, high_;
-  std::vector<Node> nodes_;
+  std::vector<V3d> low_, high_;  // boxes
+  std::vector<Node> nodes_;      // empty when a loop does
 };
 
 }  // namespace sluice

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "edit/alphabet.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "edit/text.h"
+
+namespace sluice {
+
+// Events are told apart by kind and by those of their names that some rule mentions: usually none, so scenes of any size have few.
+class AlphabetBuilder {
+ public:
+  AlphabetBuilder(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) : rules_(rules) {
+    for (const Rule& rule : rules)
+      for (const Atom& atom : rule.expression->atoms)
+        for (const Symbol& symbol : atom.symbols)
+          for (const std::string& name : symbol.names) mentioned_.emplace(name, static_cast<int>(mentioned_.size()));
+    name_class({});  // class 0: nothing that a rule mentions
+    out_.alphabet.name_class_.push_back(0);
+    for (const Entity& entity : entities) out_.alphabet.name_class_.push_back(name_class(mentioned(entity)));
+    for (const Entity& gate : gates) gates_.push_back(mentioned(gate));
+  }
+
+  ClassedRules build() {
+    find_meanings();
+    find_classes();
+    return std::move(out_);
+  }
+
+ private:
+  using Names = std::vector<int>;  // numbers of mentioned names, ascending
+
+  Names mentioned(const Entity& entity) const {
+    Names names;
+    for (const std::string& name : entity.names)
+      if (const auto it = mentioned_.find(name); it != mentioned_.end()) names.push_back(it->second);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+  }
+
+  std::uint32_t name_class(const Names& names) {
+    const auto [it, is_new] = name_classes_.emplace(names, static_cast<std::uint32_t>(name_list_.size()));
+    if (is_new) name_list_.push_back(names);
+    return it->second;
+  }
+
+  // All events that can differ: kinds × name classes, then one F per gate.
+  [[nodiscard]] std::size_t universe() const noexcept { return name_list_.size() * event_count + gates_.size(); }
+
+  [[nodiscard]] bool matches(const Atom& atom, Event kind, const Names& names) const {
+    const EventMask bit = mask_of(kind);
+    bool any = false;
+    for (const Symbol& symbol : atom.symbols) {
+      if (!(symbol.kinds & bit)) continue;
+      any = symbol.names.empty() || std::any_of(symbol.names.begin(), symbol.names.end(), [&](const std::string& name) {
+              return std::binary_search(names.begin(), names.end(), mentioned_.at(name));
+            });
+      if (any) break;
+    }
+    return atom.negated ? !any && (any_interaction & bit) : any;
+  }
+
+  void find_meanings() {
+    std::map<Bits, std::uint32_t> known;
+    for (const Rule& rule : rules_) {
+      auto& meaning = out_.meaning.emplace_back();
+      for (const Atom& atom : rule.expression->atoms) {
+        Bits bits((universe() + 63) / 64);
+        std::size_t event = 0;
+        for (const Names& names : name_list_)
+          for (int kind = 0; kind < event_count; ++kind, ++event)
+            if (static_cast<Event>(kind) != Event::F && matches(atom, static_cast<Event>(kind), names)) set_bit(bits, event);
+        // An edit that acts once never sees its own F before it acts, so that F may count as any: it counts as a nameless one, and
+        // edits that guard against themselves, L(!F'A')*S, keep the automaton of L.*S (design §3).
+        for (std::size_t g = 0; g < gates_.size(); ++g, ++event)
+          if (matches(atom, Event::F, static_cast<int>(g) == rule.own_gate ? Names{} : gates_[g])) set_bit(bits, event);
+        meaning.push_back(known.emplace(bits, static_cast<std::uint32_t>(known.size())).first->second);
+      }
+    }
+    meanings_.resize(known.size());
+    for (const auto& [bits, number] : known) meanings_[number] = bits;
+  }
+
+  // Splits the universe by each meaning in turn.
+  void find_classes() {
+    std::vector<std::uint32_t> classes(universe(), 0);
+    std::uint32_t count = 1;
+    for (const Bits& meaning : meanings_) {
+      std::unordered_map<std::uint64_t, std::uint32_t> split;
+      for (std::size_t event = 0; event < classes.size(); ++event) {
+        const std::uint64_t key = 2ull * classes[event] + (has_bit(meaning, event) ? 1 : 0);
+        classes[event] = split.emplace(key, static_cast<std::uint32_t>(split.size())).first->second;
+      }
+      count = static_cast<std::uint32_t>(split.size());
+    }
+    if (count > std::numeric_limits<EventClass>::max()) throw SceneError("", "the expressions of the edits name too many different things; use fewer names");
+
+    Alphabet& alphabet = out_.alphabet;
+    alphabet.size_ = static_cast<int>(count);
+    const std::size_t named = name_list_.size() * event_count;
+    for (std::size_t event = 0; event < classes.size(); ++event) (event < named ? alphabet.classes_ : alphabet.gates_).push_back(static_cast<EventClass>(classes[event]));
+    for (const Bits& meaning : meanings_) {
+      Bits& matcher = out_.matchers.emplace_back((count + 63) / 64);
+      for (std::size_t event = 0; event < classes.size(); ++event)
+        if (has_bit(meaning, event)) set_bit(matcher, classes[event]);
+    }
+  }
+
+  std::span<const Rule> rules_;
+  std::unordered_map<std::string, int> mentioned_;
+  std::map<Names, std::uint32_t> name_classes_;
+  std::vector<Names> name_list_, gates_;
+  std::vector<Bits> meanings_;
+  ClassedRules out_;
+};
+
+ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) {
+  return AlphabetBuilder(rules, entities, gates).build();
+}
+
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings) {
+  std::unordered_set<std::string_view> known, known_gates;
+  std::vector<const std::string*> all, all_gates;  // in the scene's order, so that the nearest of equals does not change
+  const auto learn = [](std::span<const Entity> things, auto& set, auto& list) {
+    for (const Entity& thing : things)
+      for (const std::string& name : thing.names)
+        if (set.insert(name).second) list.push_back(&name);
+  };
+  learn(gates, known_gates, all_gates);
+  learn(entities, known, all);
+  learn(gates, known, all);
+  for (const Rule& rule : rules) {
+    std::unordered_set<std::string_view> said;
+    for (const Atom& atom : rule.expression->atoms)
+      for (const Symbol& symbol : atom.symbols)
+        for (const std::string& name : symbol.names) {
+          const bool is_gate = symbol.kinds == mask_of(Event::F);
+          if ((is_gate ? known_gates : known).contains(name) || !said.insert(name).second) continue;
+          const std::string* nearest = nearest_name(name, is_gate ? all_gates : all);
+          warnings.push_back({rule.name, (is_gate ? "no edit or collection is named '" : "no object, light or collection is named '") + name + "'" +
+                                             (nearest ? "; the nearest name is '" + *nearest + "'" : std::string())});
+        }
+  }
+}
+
+}  // namespace sluice
