@@ -52,11 +52,10 @@ class Scene {
   [[nodiscard]] int world_light() const noexcept;                       // -1 = black world
   [[nodiscard]] std::span<const int> infinite_lights() const noexcept;  // the world and the suns: what a ray that meets nothing sees
 
-  // The alphabet of the expressions: objects, lights, the world, edits' entries, in that order.
+  // The alphabet of the expressions: objects, lights, the world. Edits' entries are gates, which Edits::gate_class knows.
   [[nodiscard]] const std::vector<Entity>& entities() const noexcept;
   [[nodiscard]] int entity(const Hit& hit) const noexcept;
   [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
-  [[nodiscard]] int edit_entity(int edit) const noexcept;    // edit: index into the description's list
   [[nodiscard]] const Edits& edits() const noexcept;
 
   [[nodiscard]] const Camera& camera() const noexcept;
@@ -66,9 +65,12 @@ class Scene {
   [[nodiscard]] const Bounds& geometry_bounds() const noexcept;   // surfaces alone
   [[nodiscard]] const Bounds& bounds() const noexcept;            // surfaces and the quads of enabled edits
   [[nodiscard]] double extent() const noexcept;                   // diagonal of geometry_bounds(); 1 when there is nothing
-  [[nodiscard]] std::span<const Material> materials() const noexcept;       // in use or not; the last is the neutral one
-  [[nodiscard]] bool material_used(std::size_t material) const noexcept;    // on a surface that a ray can meet
-  [[nodiscard]] std::size_t triangle_count() const noexcept;                // of all instances
+  [[nodiscard]] std::span<const Material> materials() const noexcept;     // in use or not; the last is the neutral one
+  [[nodiscard]] bool material_used(std::size_t material) const noexcept;  // on a surface that a ray can meet
+  [[nodiscard]] std::size_t triangle_count() const noexcept;              // of all instances
+  [[nodiscard]] std::size_t instance_count() const noexcept;              // Hit::instance is below it
+  [[nodiscard]] const Bounds& instance_bounds(std::uint32_t instance) const noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> instance_materials(std::uint32_t instance) const noexcept;  // those its triangles use
 
   struct Parts;  // what compile() puts together; scene/parts.h
   explicit Scene(std::unique_ptr<const Parts> parts) noexcept;

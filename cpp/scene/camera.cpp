@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/camera.h"
+
+#include <algorithm>
+
+#include "base/sampling.h"
+
+namespace sluice {
+
+// Blender's rules (BKE_camera_params): the sensor's larger or chosen side spans the view; Auto always reads the sensor's width; shifts
+// count in units of that side; pixels need not be square. The matrix' scale is ignored.
+Camera::Camera(const CameraDescription& camera, const FrameDescription& frame, const V3d& centre) {
+  const auto axis = [&](int row) { return V3d(camera.matrix[row][0], camera.matrix[row][1], camera.matrix[row][2]).normalized(); };
+  right_ = V3f(axis(0)), up_ = V3f(axis(1)), forward_ = V3f(-axis(2));
+  eye_ = V3d(camera.matrix[3][0], camera.matrix[3][1], camera.matrix[3][2]) - centre;
+  perspective_ = camera.kind == CameraKind::Perspective;
+
+  const double aspect = static_cast<double>(frame.pixel_aspect_y) / frame.pixel_aspect_x;
+  const double width = frame.width, height = aspect * frame.height;  // in pixel widths
+  bool horizontal = camera.sensor_fit == SensorFit::Horizontal;
+  if (camera.sensor_fit == SensorFit::Auto) horizontal = width >= height;
+  const double sensor = camera.sensor_fit == SensorFit::Vertical ? camera.sensor_height : camera.sensor_width;
+  const double across = horizontal ? width : height;
+  const double unit = (perspective_ ? sensor / camera.lens : static_cast<double>(camera.ortho_scale)) / across;  // of a pixel width
+  step_x_ = unit, step_y_ = unit * aspect;
+  low_x_ = (camera.shift_x * across - width / 2) * unit;
+  low_y_ = (camera.shift_y * across - height / 2) * unit;
+
+  clip_start_ = camera.clip_start, clip_end_ = camera.clip_end;
+  aperture_ = camera.aperture_radius, focus_ = camera.focus_distance;
+  blades_ = camera.aperture_blades >= 3 ? camera.aperture_blades : 0;
+  rotation_ = camera.aperture_rotation;
+  inverse_ratio_ = camera.aperture_ratio > 0 ? 1 / camera.aperture_ratio : 1;
+}
+
+// A disk, or a regular polygon of as many corners as blades, squeezed by the aperture's ratio (Cycles' camera_sample_aperture).
+V2f Camera::sample_lens(const V2f& u) const noexcept {
+  V2f p;
+  if (blades_ == 0) {
+    p = sample_disk(u);
+  } else {
+    const float part = u.x * static_cast<float>(blades_), corner = std::floor(part);
+    const float root = std::sqrt(part - corner), a = 1 - root, b = u.y * root;  // weights of the corners of one triangle of the fan
+    const float wedge = pi / static_cast<float>(blades_);
+    const V2f q((a + b) * std::cos(wedge), (a - b) * std::sin(wedge));
+    const float turn = rotation_ + 2 * corner * wedge, c = std::cos(turn), s = std::sin(turn);
+    p = {c * q.x - s * q.y, s * q.x + c * q.y};
+  }
+  p.x *= inverse_ratio_;
+  return p * aperture_;
+}
+
+CameraRay Camera::generate(float x, float y, const V2f& lens) const noexcept {
+  const double px = low_x_ + step_x_ * x, py = low_y_ + step_y_ * y;
+  const V3d right(right_), up(up_), forward(forward_);
+  V3d origin = eye_, towards = forward;
+  if (perspective_)
+    towards += right * px + up * py;
+  else
+    origin += right * px + up * py;
+  if (aperture_ > 0) {
+    const V2f p = sample_lens(lens);
+    const V3d focus = origin + towards * static_cast<double>(focus_);
+    origin += right * static_cast<double>(p.x) + up * static_cast<double>(p.y);
+    towards = (focus - origin) / static_cast<double>(focus_);
+  }
+  // `towards` advances by 1 along the axis
+  const double length = towards.length();
+  const V3d direction = towards / length;
+  CameraRay out;
+  out.ray.origin = origin + towards * static_cast<double>(clip_start_);
+  out.ray.direction = V3f(direction);
+  out.ray.t_max = (static_cast<double>(clip_end_) - clip_start_) * length;
+  out.ray.from_camera = true;
+  const double pixel = std::sqrt(step_x_ * step_y_);
+  // a pixel of the view plane at distance 1 subtends pixel² cos³: its side as an angle
+  out.spread = perspective_ ? static_cast<float>(pixel / (length * std::sqrt(length))) : 0.0f;
+  out.width = perspective_ ? out.spread * clip_start_ * static_cast<float>(length) : static_cast<float>(pixel);
+  return out;
+}
+
+double Camera::depth(const V3d& position) const noexcept { return (position - eye_).dot(V3d(forward_)); }
+
+std::optional<V2d> Camera::project(const V3d& position) const noexcept {
+  const V3d to = position - eye_;
+  const double z = to.dot(V3d(forward_));
+  if (perspective_ && !(z > 0)) return {};
+  const double scale = perspective_ ? 1 / z : 1;
+  return V2d((to.dot(V3d(right_)) * scale - low_x_) / step_x_, (to.dot(V3d(up_)) * scale - low_y_) / step_y_);
+}
+
+// Cycles' pixel filters: Blackman-Harris over the filter's full width, or a box of one pixel. The two axes are independent.
+PixelFilter::PixelFilter(const FrameDescription& frame) {
+  if (frame.filter_box) return;
+  width_ = frame.filter_width;
+  constexpr int steps = 1024;
+  std::vector<double> cdf(steps + 1, 0.0);
+  const auto window = [](double x) {  // x in [0, 1] across the width
+    const double a = 2 * std::numbers::pi * x;
+    return 0.35875 - 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a) - 0.01168 * std::cos(3 * a);
+  };
+  for (std::size_t i = 0; i < steps; ++i) cdf[i + 1] = cdf[i] + window((static_cast<double>(i) + 0.5) / steps);
+  inverse_cdf_.resize(steps + 1);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const double target = cdf[steps] * static_cast<double>(i) / steps;
+    while (at + 1 < steps && cdf[at + 1] < target) ++at;
+    const double part = (target - cdf[at]) / (cdf[at + 1] - cdf[at]);
+    inverse_cdf_[i] = static_cast<float>((static_cast<double>(at) + std::clamp(part, 0.0, 1.0)) / steps - 0.5);
+  }
+}
+
+V2f PixelFilter::sample_filter(const V2f& u) const noexcept {
+  if (inverse_cdf_.empty()) return {width_ * (u.x - 0.5f), width_ * (u.y - 0.5f)};
+  const auto one = [&](float x) {
+    const float at = x * static_cast<float>(inverse_cdf_.size() - 1);
+    const std::size_t i = std::min(static_cast<std::size_t>(at), inverse_cdf_.size() - 2);
+    const float part = at - static_cast<float>(i);
+    return width_ * (inverse_cdf_[i] + part * (inverse_cdf_[i + 1] - inverse_cdf_[i]));
+  };
+  return {one(u.x), one(u.y)};
+}
+
+}  // namespace sluice

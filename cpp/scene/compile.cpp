@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Description to compiled scene, top to bottom.
+#include "scene/parts.h"
+
+namespace sluice {
+namespace {
+
+void compile_materials(Scene::Parts& parts, Warnings& warnings) {
+  const SceneDescription& description = parts.description;
+  for (const MaterialDescription& material : description.materials)
+    parts.materials.push_back(compile_material(material, description.images, description.specular_threshold, warnings));
+  parts.materials.push_back(compile_material(default_material(), description.images, description.specular_threshold, warnings));
+  parts.material_used.assign(parts.materials.size(), 0);
+}
+
+// A mesh whose instances are all copies needs its own vertices no more; the others need one that Embree may read beyond the end.
+void settle_vertices(Scene::Parts& parts) {
+  std::vector<char> placed(parts.description.meshes.size(), 0);
+  for (const Instance& instance : parts.instances)
+    if (!instance.baked) placed[instance.mesh] = 1;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    auto& positions = parts.description.meshes[i].positions;
+    if (placed[i]) positions.push_back(V3f(0));
+    else positions = {};
+  }
+}
+
+bool build_accelerator(Scene::Parts& parts, const std::function<bool()>& cancelled, int threads) {
+  std::vector<AcceleratorItem> prototypes, items;
+  std::vector<int> prototype_of(parts.description.meshes.size(), -1);
+  for (const Instance& instance : parts.instances) {
+    const MeshDescription& mesh = parts.mesh(instance);
+    AcceleratorItem item;
+    item.mask = instance.mask;
+    if (instance.baked) {
+      item.positions = std::span(instance.baked_positions).first(instance.baked_positions.size() - 1);
+      item.triangles = mesh.triangles;
+    } else {
+      int& prototype = prototype_of[instance.mesh];
+      if (prototype < 0) {
+        prototype = static_cast<int>(prototypes.size());
+        prototypes.push_back({std::span(mesh.positions).first(mesh.positions.size() - 1), mesh.triangles, -1, {}, mask_any});
+      }
+      item.prototype = prototype;
+      item.to_scene = instance.to_scene;
+    }
+    items.push_back(item);
+  }
+  return parts.accelerator.build(prototypes, items, threads, cancelled);
+}
+
+void warn_of_oddities(const Scene::Parts& parts, Warnings& warnings) {
+  if (parts.instances.empty()) warnings.push_back({"scene", "there is nothing to see: no surface in the scene"});
+  if (parts.lights.empty()) warnings.push_back({"scene", "there is no light: the picture will be black"});
+  const double size = parts.geometry_bounds.diagonal();
+  if (!parts.instances.empty() && !(size > 1e-5 && size < 1e7))
+    warnings.push_back({"scene", "it is " + std::to_string(size) + " m large: hits and gates are inexact at such a scale"});
+}
+
+}  // namespace
+
+std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings, const std::function<bool()>& cancelled, int threads) {
+  const auto stop = [&] { return cancelled && cancelled(); };
+  check_description(description);
+  clean_meshes(description, warnings);
+  auto parts = std::make_unique<Scene::Parts>();
+  parts->description = std::move(description);
+  const SceneDescription& source = parts->description;
+  if (stop()) return nullptr;
+  compile_materials(*parts, warnings);
+  place_instances(*parts, warnings);
+  settle_vertices(*parts);
+  if (stop() || !build_accelerator(*parts, cancelled, threads)) return nullptr;
+  add_lamps(*parts, warnings);
+  add_mesh_lights(*parts);
+  if (!add_world(*parts, cancelled, threads)) return nullptr;
+  std::vector<float> powers;
+  for (const Light& light : parts->lights) powers.push_back(std::max(light.power, 1e-30f));
+  parts->lights_by_power = Distribution(powers);
+  const Bounds& bounds = parts->geometry_bounds;
+  const Box box = bounds.empty() ? Box() : Box(bounds.low + parts->centre, bounds.high + parts->centre);
+  parts->edits = compile_edits(source.edits, parts->entities, source.images, {parts->centre, box}, source.max_gates, warnings);
+  parts->camera = Camera(source.camera, source.frame, parts->centre);
+  parts->pixel_filter = PixelFilter(source.frame);
+  warn_of_oddities(*parts, warnings);
+  if (stop()) return nullptr;
+  return std::make_unique<const Scene>(std::move(parts));
+}
+
+}  // namespace sluice

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which light to ask from a point. Few lights: by a bound on their irradiance there (strength / distance², both sides of the horizon
+// told apart), so that a lamp next door does not starve behind the sun. Many: by power, at the cost of one binary search.
+#include "scene/light_kinds.h"
+
+namespace sluice {
+namespace {
+
+constexpr std::size_t few_lights = 16;
+
+// Can none of the lamp's light come this way? Slack on the side of "it can".
+bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
+  if (!lamp.spot) return false;
+  const double distance = from_middle.length();
+  if (distance <= lamp.radius) return false;
+  // beyond the half angle by more than the sphere's own
+  const double limit = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) + std::asin(lamp.radius / distance) + 1e-3;
+  return limit < std::numbers::pi && from_middle.dot(V3d(lamp.axis)) < distance * std::cos(limit);
+}
+bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
+  const double height = from_middle.dot(V3d(lamp.normal));
+  if (!(height > 0)) return true;
+  if (lamp.spread_cot == 0) return false;
+  const double aside = (from_middle - V3d(lamp.normal) * height).length();
+  const double reach = std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
+  return aside > (reach + height / lamp.spread_cot) * 1.001;
+}
+template <class Kind>
+bool is_dark(const Kind&, const V3d&) noexcept {
+  return false;
+}
+
+float infinite_importance(const Light& light, const V3f& normal) noexcept {
+  const auto* sun = std::get_if<Sun>(&light.kind);
+  if (!sun) return light.strength;
+  const float cosine = normal.dot(sun->to_sun);
+  return cosine < -sun->tan_half - 1e-3f ? 0.0f : light.strength * std::max(0.1f, cosine);
+}
+
+float importance(const Light& light, const V3d& point, const V3f& normal) noexcept {
+  const bool one_sided = normal.x != 0 || normal.y != 0 || normal.z != 0;
+  if (is_infinite(light)) return one_sided ? infinite_importance(light, normal) : light.strength;
+  const V3d to = light.middle - point;
+  if (std::visit([&](const auto& kind) { return is_dark(kind, -to); }, light.kind)) return 0;
+  const double reach = light.reach, distance2 = std::max({to.length2(), reach * reach, 1e-30});
+  double cosine = 1;
+  if (one_sided) {
+    const double height = to.dot(V3d(normal)) + reach * 1.001;
+    if (height < 0) return 0;
+    cosine = std::clamp(height / std::sqrt(distance2), 0.1, 1.0);
+  }
+  return static_cast<float>(light.strength * cosine / distance2);
+}
+
+}  // namespace
+
+std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u) noexcept {
+  const Scene::Parts& parts = parts_of(scene);
+  const std::size_t count = parts.lights.size();
+  if (count == 0) return {};
+  if (count == 1) return LightChoice{0, 1, u};
+  if (count > few_lights) {
+    const auto choice = parts.lights_by_power.sample(u);
+    return LightChoice{static_cast<int>(choice.index), choice.pmf, choice.u};
+  }
+  float cumulative[few_lights], sum = 0;
+  for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += importance(parts.lights[i], point, normal);
+  if (!(sum > 0)) return {};
+  std::size_t i = 0;
+  const float target = u * sum;
+  while (i + 1 < count && !(target < cumulative[i])) ++i;
+  while (i > 0 && cumulative[i] == cumulative[i - 1]) --i;  // rounding at the end: back to a light that can
+  const float low = i ? cumulative[i - 1] : 0, width = cumulative[i] - low;
+  return LightChoice{static_cast<int>(i), width / sum, std::clamp((target - low) / width, 0.0f, 0x1.fffffep-1f)};
+}
+
+float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light) noexcept {
+  const Scene::Parts& parts = parts_of(scene);
+  const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
+  if (count == 1) return 1;
+  if (count > few_lights) return parts.lights_by_power.pmf(asked);
+  float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i == asked) before = sum;
+    sum += importance(parts.lights[i], point, normal);
+    if (i == asked) through = sum;
+  }
+  return sum > 0 ? (through - before) / sum : 0;
+}
+
+}  // namespace sluice

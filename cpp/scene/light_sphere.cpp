@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Point and spot lamps. Cycles: a lamp of P watts has radiance P / (4 pi² r²) on a sphere of radius r, so intensity P / (4 pi) from far
+// away and flux P; a spot is that times a factor of the direction alone, not made up for. Cycles 3.4 draws the sphere as a disk that
+// faces the point it lights; the sphere itself (as Cycles 4) differs by (r / distance)². Light leaves outwards only.
+#include "scene/light_kinds.h"
+
+namespace sluice::kinds {
+namespace {
+
+// 1 - cos of the half angle under which the sphere is seen, kept exact when small; empty inside it.
+std::optional<float> cone_of(const SphereLamp& lamp, double distance2) noexcept {
+  const double sin2 = square(static_cast<double>(lamp.radius)) / distance2;
+  if (!(sin2 < 1)) return {};
+  return static_cast<float>(sin2 / (1 + std::sqrt(1 - sin2)));
+}
+
+float clearance_of(const SphereLamp& lamp) noexcept {
+  return 0x1p-20f * static_cast<float>(std::max({std::abs(lamp.centre.x), std::abs(lamp.centre.y), std::abs(lamp.centre.z), static_cast<double>(lamp.radius)}));
+}
+
+// Part of the sphere, around its axis, from which light enters the spot's cone: all normals up to 90° beyond it.
+float cap_of(const SphereLamp& lamp) noexcept {
+  if (lamp.cos_half <= 0) return 2;
+  return 1 + std::sqrt(1 - lamp.cos_half * lamp.cos_half);  // 1 - cos(90° + half)
+}
+
+}  // namespace
+
+// Cycles 3.4: cosine to the axis × smoothstep over the part `blend` of 1 - cos(half angle) next to the edge.
+float spot_factor(const SphereLamp& lamp, const V3f& direction) noexcept {
+  if (!lamp.spot) return 1;
+  const float cosine = direction.dot(lamp.axis), inside = cosine - lamp.cos_half;
+  if (!(inside > 0 && cosine > 0)) return 0;
+  const float band = (1 - lamp.cos_half) * lamp.blend;
+  if (inside >= band) return cosine;
+  const float x = inside / band;
+  return cosine * x * x * (3 - 2 * x);
+}
+
+std::optional<LampCrossing> crossing(const SphereLamp& lamp, const V3d& origin, const V3f& direction) noexcept {
+  const V3d to = lamp.centre - origin, d(direction);
+  const double along = to.dot(d) / d.length2(), r2 = square(static_cast<double>(lamp.radius));
+  const double off2 = (to - d * along).length2();
+  if (!(along > 0) || off2 > r2 || to.length2() <= r2) return {};
+  return LampCrossing{along - std::sqrt(r2 - off2), lamp.radiance * spot_factor(lamp, -direction)};
+}
+
+std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp& lamp, const V3d& from, float, const V2f& u) noexcept {
+  const V3d to = lamp.centre - from;
+  const double distance2 = to.length2();
+  if (!(distance2 > 0)) return {};
+  const V3f axis(to / std::sqrt(distance2));
+  if (lamp.radius == 0)
+    return DirectSample{axis, std::sqrt(distance2), lamp.radiance * (spot_factor(lamp, -axis) / static_cast<float>(distance2)), 1, true};
+  const auto cone = cone_of(lamp, distance2);
+  if (!cone) return {};
+  const V3f wi = Frame(axis).to_world(sample_cone(u, *cone)).normalized();
+  auto hit = crossing(lamp, from, wi);
+  if (!hit) hit = LampCrossing{std::sqrt(distance2), lamp.radiance * spot_factor(lamp, -wi)};  // rounding at the rim
+  return DirectSample{wi, std::max(hit->t - clearance_of(lamp), 0.5 * hit->t), hit->radiance, cone_pdf(*cone), false};
+}
+
+float pdf_direct(const Parts&, const SphereLamp& lamp, const V3d& from, const V3f& wi, const Hit*) noexcept {
+  if (lamp.radius == 0 || !crossing(lamp, from, wi)) return 0;
+  const auto cone = cone_of(lamp, (lamp.centre - from).length2());
+  return cone ? cone_pdf(*cone) : 0;
+}
+
+std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp& lamp, float, const V2f& u) noexcept {
+  if (lamp.radius == 0) return EmissionPoint{.position = lamp.centre, .normal = V3f(0), .clearance = V3f(0), .pdf_area = 1};
+  const float cap = lamp.spot ? cap_of(lamp) : 2;
+  const V3f n = Frame(lamp.axis).to_world(sample_cone(u, cap)).normalized();
+  return EmissionPoint{.position = lamp.centre + V3d(n) * static_cast<double>(lamp.radius), .normal = n, .clearance = n * clearance_of(lamp),
+                       .pdf_area = cone_pdf(cap) / square(lamp.radius)};
+}
+
+std::optional<EmissionDirection> sample_direction(const Parts& parts, const SphereLamp& lamp, const EmissionPoint& point, float, const V2f& u) noexcept {
+  V3f direction;
+  if (lamp.spot)
+    direction = Frame(lamp.axis).to_world(sample_cone(u, std::min(1.0f, 1 - lamp.cos_half)));
+  else if (lamp.radius == 0)
+    direction = sample_sphere(u);
+  else
+    direction = Frame(point.normal).to_world(sample_cosine(u));
+  direction = direction.normalized();
+  const float pdf = pdf_direction(parts, lamp, point, direction);
+  if (!(pdf > 0)) return {};
+  return EmissionDirection{direction, pdf};
+}
+
+float pdf_direction(const Parts&, const SphereLamp& lamp, const EmissionPoint& point, const V3f& direction) noexcept {
+  if (lamp.spot) {
+    const float cone = std::min(1.0f, 1 - lamp.cos_half);
+    return direction.dot(lamp.axis) >= 1 - cone ? cone_pdf(cone) : 0;
+  }
+  if (lamp.radius == 0) return 1 / (4 * pi);
+  return std::max(0.0f, point.normal.dot(direction)) / pi;
+}
+
+Color eval_emission(const Parts&, const SphereLamp& lamp, const EmissionPoint& point, const V3f& direction) noexcept {
+  const float cosine = lamp.radius == 0 ? 1.0f : std::max(0.0f, point.normal.dot(direction));
+  return lamp.radiance * (cosine * spot_factor(lamp, direction));
+}
+
+}  // namespace sluice::kinds

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/scene.h"
+
+#include <algorithm>
+
+#include "scene/parts.h"
+
+namespace sluice {
+
+void Bounds::add(const V3d& p) noexcept {
+  for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+}
+
+std::array<V3d, 3> Scene::Parts::corners(const Instance& instance, std::uint32_t triangle) const noexcept {
+  const MeshDescription& shape = mesh(instance);
+  const auto& corner = shape.triangles[triangle];
+  if (instance.baked) {
+    const V3f* p = instance.baked_positions.data();
+    return {V3d(p[corner[0]]), V3d(p[corner[1]]), V3d(p[corner[2]])};
+  }
+  const V3f* p = shape.positions.data();
+  return {V3d(p[corner[0]]) * instance.to_scene, V3d(p[corner[1]]) * instance.to_scene, V3d(p[corner[2]]) * instance.to_scene};
+}
+
+const MaterialBinding& Scene::Parts::binding(const Instance& instance, std::uint32_t triangle) const noexcept {
+  const auto& of_triangle = mesh(instance).material_slots;
+  const std::size_t slot = of_triangle.empty() ? 0 : of_triangle[triangle];
+  return instance.slots[std::min(slot, instance.slots.size() - 1)];  // as Blender does with slots that were removed
+}
+
+Scene::Scene(std::unique_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
+Scene::~Scene() = default;
+
+namespace {
+
+// Where the ray enters the single-precision world: off its own surface, on the side that it goes to.
+V3f start(const Ray& ray) noexcept {
+  const float side = ray.clearance.dot(ray.direction) < 0 ? -1.0f : 1.0f;
+  return V3f(ray.origin + V3d(ray.clearance * side));
+}
+
+// The hit in double, from the plane of the triangle as Embree saw it (numerics §1: its float t is off by up to 3e-5).
+Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcept {
+  const Instance& instance = parts.instances[raw.instance];
+  const auto [a, b, c] = parts.corners(instance, raw.triangle);
+  const V3d direction(ray.direction);
+  V3d n = (b - a).cross(c - a);
+  const double length = n.length();
+  n = length > 0 ? n * (instance.side / length) : -direction;
+  double t = n.dot(a - ray.origin) / n.dot(direction);
+  // in the triangle's own plane the quotient means nothing: there Embree's is as good as any
+  if (!(std::abs(t - raw.t) <= 1e-3 * raw.t + 8 * (instance.clearance + ray.clearance.length()))) t = raw.t;
+  t = std::max(t, 0.0);
+  const V3d position = ray.origin + direction * t;
+  const double reach = std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
+  const V3f ng(n);
+  const float clearance = instance.clearance + instance.clearance_rate * static_cast<float>(reach);
+  return {t, position, ng, ng * clearance, raw.instance, raw.triangle, raw.u, raw.v};
+}
+
+}  // namespace
+
+std::optional<Hit> Scene::intersect(const Ray& ray) const noexcept {
+  const auto raw = parts_->accelerator.nearest(start(ray), ray.direction, static_cast<float>(ray.t_max), ray.from_camera ? mask_camera : mask_any);
+  if (!raw) return {};
+  return refine(*parts_, ray, *raw);
+}
+
+Color Scene::transmittance(const Ray& ray) const noexcept {
+  const Parts& parts = *parts_;
+  if (parts.accelerator.blocked(start(ray), ray.direction, static_cast<float>(ray.t_max), mask_shadow_opaque)) return Color(0);
+  Color left(1);
+  if (!parts.has_transparent_shadows) return left;
+  Ray rest = ray;
+  SurfacePoint point;
+  constexpr int most_surfaces = 1024;  // a bound on what one ray may cost; that many sheets are black
+  for (int i = 0; i < most_surfaces; ++i) {
+    const auto raw = parts.accelerator.nearest(start(rest), rest.direction, static_cast<float>(rest.t_max), mask_shadow_transparent);
+    if (!raw) return left;
+    const Hit hit = refine(parts, rest, *raw);
+    const Material& surface = material(hit);
+    if (surface.is_opaque()) return Color(0);
+    surface_point(hit, -rest.direction, false, point);
+    left *= eval_transparency(surface, point);
+    if (is_black(left)) return left;
+    rest.t_max -= hit.t;
+    rest.origin = hit.position;
+    rest.clearance = hit.clearance;
+    if (!(rest.t_max > 0)) return left;
+  }
+  return Color(0);
+}
+
+const Material& Scene::material(const Hit& hit) const noexcept {
+  return parts_->materials[parts_->binding(parts_->instances[hit.instance], hit.triangle).material];
+}
+const Material* Scene::world_material() const noexcept {
+  return parts_->world_material < 0 ? nullptr : &parts_->materials[static_cast<std::size_t>(parts_->world_material)];
+}
+
+std::span<const Light> Scene::lights() const noexcept { return parts_->lights; }
+int Scene::mesh_light(std::uint32_t instance) const noexcept { return parts_->instances[instance].light; }
+int Scene::world_light() const noexcept { return parts_->world_light; }
+std::span<const int> Scene::infinite_lights() const noexcept { return parts_->infinite_lights; }
+
+const std::vector<Entity>& Scene::entities() const noexcept { return parts_->entities; }
+int Scene::entity(const Hit& hit) const noexcept { return parts_->instances[hit.instance].entity; }
+int Scene::light_entity(int light) const noexcept { return parts_->lights[static_cast<std::size_t>(light)].entity; }
+const Edits& Scene::edits() const noexcept { return parts_->edits; }
+
+const Camera& Scene::camera() const noexcept { return parts_->camera; }
+const FrameDescription& Scene::frame() const noexcept { return parts_->description.frame; }
+const PixelFilter& Scene::pixel_filter() const noexcept { return parts_->pixel_filter; }
+const V3d& Scene::centre() const noexcept { return parts_->centre; }
+const Bounds& Scene::geometry_bounds() const noexcept { return parts_->geometry_bounds; }
+const Bounds& Scene::bounds() const noexcept { return parts_->bounds; }
+double Scene::extent() const noexcept { return parts_->extent; }
+std::span<const Material> Scene::materials() const noexcept { return parts_->materials; }
+bool Scene::material_used(std::size_t material) const noexcept { return parts_->material_used[material] != 0; }
+std::size_t Scene::triangle_count() const noexcept { return parts_->triangle_count; }
+std::size_t Scene::instance_count() const noexcept { return parts_->instances.size(); }
+const Bounds& Scene::instance_bounds(std::uint32_t instance) const noexcept { return parts_->instances[instance].bounds; }
+std::span<const std::uint32_t> Scene::instance_materials(std::uint32_t instance) const noexcept { return parts_->instances[instance].used_materials; }
+
+}  // namespace sluice
