@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ / (π r²) over the photons on the disk (Jensen 1996; progressive radii:
+// Knaus & Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes to the caller, who decides about C and weights.
+#pragma once
+#include "transport/photon_map.h"
+#include "transport/vertex.h"
+
+namespace sluice {
+
+// A photon counts if it lies on the same surface as far as one can tell: on a thin disk, with a like normal (numerics D1, D2).
+inline constexpr float disk_thickness = 0.25f;  // of the radius
+inline constexpr float like_normal = 0.5f;      // least |cos| between normals
+inline constexpr float max_shading_ratio = 4;   // |wi·ns| / |wi·ng| at grazing shading normals, clamped
+
+// Evaluates the gathering lobes of a vertex for photons; what does not depend on the photon is done once.
+class Receiver {
+ public:
+  Receiver(const Vertex& vertex, EventMask mask) noexcept : vertex_(vertex), mask_(static_cast<EventMask>(mask & gathering)) {
+    const Bsdf& bsdf = vertex.bsdf;
+    int lobes = 0, last = 0;
+    for (int i = 0; i < bsdf.count; ++i)
+      if (mask_of(bsdf.lobes[i].event) & mask_) ++lobes, last = i;
+    const Lobe& lobe = bsdf.lobes[last];
+    transmits_ = lit_side(bsdf) == V3f(0);
+    flat_lambert_ = lobes == 1 && std::holds_alternative<Lambert>(lobe.shape) && lobe.n == bsdf.ng;
+    if (flat_lambert_) lambert_ = lobe.weight / pi;
+    empty_ = lobes == 0;
+  }
+  [[nodiscard]] bool empty() const noexcept { return empty_; }
+
+  // f for a photon of this surface; empty if it is not on it. ng of the vertex looks to the eye's side.
+  [[nodiscard]] bool accepts(const Photon& photon, float radius) const noexcept {
+    const V3f& ng = vertex_.bsdf.ng;
+    const float cosine = unpack_direction(photon.normal).dot(ng);
+    if (transmits_ ? std::abs(cosine) < like_normal : cosine < like_normal) return false;
+    return std::abs((photon.position - position()).dot(ng)) <= disk_thickness * radius;
+  }
+  [[nodiscard]] Color f(const Photon& photon) const noexcept {
+    if (flat_lambert_) return lambert_;
+    const V3f wi = unpack_direction(photon.wi);
+    const float cosine = std::abs(wi.dot(vertex_.bsdf.ng));  // photons measure flux through the geometric surface
+    if (cosine < 1e-4f) return Color(0);
+    Color value = eval(vertex_.bsdf, vertex_.point.wo, wi, mask_) / cosine;
+    const float ratio = std::abs(wi.dot(vertex_.point.ns)) / cosine;
+    if (ratio > max_shading_ratio) value *= max_shading_ratio / ratio;
+    return value;
+  }
+  [[nodiscard]] V3f position() const noexcept { return V3f(vertex_.hit.position); }
+
+ private:
+  const Vertex& vertex_;
+  EventMask mask_;
+  bool transmits_ = false, flat_lambert_ = false, empty_ = true;
+  Color lambert_{0};
+};
+
+// Calls found(photon, f Φ / (π r²)) for the photons on the disk.
+template <class Found>
+inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) noexcept {
+  if (receiver.empty()) return;
+  const float per_area = 1 / (pi * square(radius));
+  map.query(receiver.position(), radius, [&](const Photon& photon) {
+    if (receiver.accepts(photon, radius)) found(photon, receiver.f(photon) * photon.flux() * per_area);
+  });
+}
+
+}  // namespace sluice

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/effects.h"
+
+#include "edit/gates.h"
+#include "shading/material.h"
+#include "transport/photon.h"
+
+namespace sluice {
+namespace {
+
+// Lobes of all materials that a ray can meet.
+EventMask lobes_in_scene(const Scene& scene) {
+  EventMask mask = 0;
+  for (std::size_t m = 0; m < scene.materials().size(); ++m)
+    if (scene.material_used(m)) mask |= scene.materials()[m].lobe_events();
+  return mask;
+}
+
+bool has_light_exits(const Edits& edits) {
+  for (int e = 0; e < edits.size(); ++e)
+    if (edits[e].side == Side::Light && (!edits[e].exits.empty() || edits[e].is_partial)) return true;
+  return false;
+}
+
+unsigned bit(Arrival a) noexcept { return 1u << static_cast<unsigned>(a); }
+
+}  // namespace
+
+Effects find_effects(const Scene& scene, const TransportSettings& settings) {
+  Effects effects;
+  const EventMask lobes = lobes_in_scene(scene);
+  const bool lit = !scene.lights().empty(), gathers = (lobes & gathering) != 0;
+  const auto decide = [&](const char* name, bool& runs, bool wanted, bool possible, const char* why, const char* why_not) {
+    runs = wanted && possible;
+    effects.reasons.push_back({name, runs, runs ? why : !wanted ? "switched off" : why_not});
+  };
+  const char* dark = !lit ? "the scene has no light" : "no surface scatters light towards the eye";
+  const bool seen = lit && gathers;
+  decide("direct", effects.direct, settings.use_direct, lit && lobes != 0, "surfaces are lit by lights", dark);
+  decide("caustics", effects.caustics, settings.use_caustics, seen && (lobes & followed) && settings.max_depth > 1,
+         "a specular surface can send light onto others", !seen ? dark : "nothing in the scene is specular");
+  decide("edited light", effects.edited, settings.use_edited, seen && has_light_exits(scene.edits()), "an enabled light edit has an exit",
+         !seen ? dark : "no enabled light edit has an exit");
+  decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1, "surfaces light each other",
+         !seen ? dark : "max_depth leaves room for one bounce only");
+  effects.light_edits = scene.edits().has(Side::Light);
+  effects.view_edits = scene.edits().has(Side::View);
+
+  if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);
+  if (effects.edited) effects.close_arrivals |= bit(Arrival::Edited);
+  effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
+  effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
+  return effects;
+}
+
+}  // namespace sluice

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which estimators run (design §6, "only what the scene calls for"): decided once per scene from materials, lights, edits and the
+// user's switches. What nothing can produce costs no rays, no photons, no memory, and the reason is written down.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+#include "transport/settings.h"
+
+namespace sluice {
+
+struct Effects {
+  bool direct = false, caustics = false, edited = false, indirect = false;
+  bool light_edits = false, view_edits = false;
+  unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads
+  unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
+
+  [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
+
+  struct Reason {
+    std::string effect;
+    bool runs;
+    std::string why;
+  };
+  std::vector<Reason> reasons;
+};
+
+[[nodiscard]] Effects find_effects(const Scene& scene, const TransportSettings& settings);
+
+}  // namespace sluice

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/film.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "base/random.h"
+
+namespace sluice {
+namespace {
+
+struct Plane {
+  const char* name;
+  int channels;
+};
+constexpr Plane planes[] = {{"Combined", 4}, {"Depth", 1},  {"Normal", 3},   {"Albedo", 3},   {"Direct", 3},
+                            {"Caustics", 3}, {"Edited", 3}, {"Indirect", 3}, {"Emission", 3}, {"Noise", 1}};
+
+int total(const std::array<int, stream_count>& passes) noexcept { return std::accumulate(passes.begin(), passes.end(), 0); }
+
+}  // namespace
+
+Film::Film(int width, int height)
+    : width_(width), height_(height), sums_(static_cast<std::size_t>(width) * height * stride, 0.0), block_(sums_.size(), 0.0), tile_passes_(tile_count()) {}
+
+Film::Box Film::box(int tile_index) const noexcept {
+  const int x = tile_index % tiles_x() * tile, y = tile_index / tiles_x() * tile;
+  return {x, y, std::min(x + tile, width_), std::min(y + tile, height_)};
+}
+
+void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples) {
+  const Box b = box(tile_index);
+  const int stream = pass % stream_count;
+  auto sample = samples.begin();
+  for (int y = b.y0; y < b.y1; ++y)
+    for (int x = b.x0; x < b.x1; ++x, ++sample) {
+      double* p = &block_[(static_cast<std::size_t>(y) * width_ + x) * stride];
+      const auto add = [p](int at, const V3f& c) { p[at] += c.x, p[at + 1] += c.y, p[at + 2] += c.z; };
+      add(combined_at + 3 * stream, sample->combined());
+      for (int i = 0; i < part_count; ++i) add(parts_at + 3 * i, sample->parts[i]);
+      add(normal_at, sample->normal);
+      add(albedo_at, sample->albedo);
+      p[alpha_at] += sample->alpha;
+      p[depth_at] += sample->depth;
+    }
+  ++tile_passes_[tile_index][stream];
+}
+
+void Film::close_block() {
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += block_[i];
+  std::ranges::fill(block_, 0.0);
+}
+
+int Film::channels(const std::string& name) noexcept {
+  for (const Plane& plane : planes)
+    if (name == plane.name) return plane.channels;
+  return 0;
+}
+
+Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept {
+  V3d mean(0), means[stream_count];
+  int streams = 0;
+  for (int s = 0; s < stream_count; ++s) {
+    if (passes[s] == 0) continue;
+    const int at = combined_at + 3 * s;
+    means[streams] = V3d(sum(pixel, at), sum(pixel, at + 1), sum(pixel, at + 2)) / passes[s];
+    mean += means[streams++];
+  }
+  if (streams == 0) return {Color(0), Color(0)};
+  mean /= streams;
+  V3d variance(0);
+  for (int s = 0; s < streams; ++s) variance += (means[s] - mean) * (means[s] - mean);
+  if (streams > 1) variance /= streams * (streams - 1.0);
+  return {Color(mean), Color(variance)};
+}
+
+std::vector<float> Film::image(const std::string& name) const {
+  const int n = channels(name);
+  std::vector<float> out(static_cast<std::size_t>(width_) * height_ * n);
+  if (n == 0) return out;
+  const int at = name == "Depth" ? depth_at : name == "Normal" ? normal_at : name == "Albedo" ? albedo_at : parts_at;
+  const auto part = std::ranges::find_if(planes, [&](const Plane& p) { return name == p.name; }) - planes - 4;
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const auto& passes = tile_passes_[tile_of(x, y)];
+      const int count = total(passes);
+      if (count == 0) continue;
+      const std::size_t pixel = static_cast<std::size_t>(y) * width_ + x;
+      float* to = &out[pixel * n];
+      if (name == "Combined") {
+        V3d c(0);
+        for (int s = 0; s < stream_count; ++s) c += V3d(sum(pixel, 3 * s), sum(pixel, 3 * s + 1), sum(pixel, 3 * s + 2));
+        for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(c[i] / count);
+        to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
+      } else if (name == "Noise") {
+        const Estimate e = estimate(pixel, passes);
+        const float mean = luminance(e.mean);
+        to[0] = mean > 0 ? std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean : 0;
+      } else {
+        const int first = at + (part >= 0 && part < part_count ? 3 * static_cast<int>(part) : 0);
+        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, first + i) / count);
+      }
+    }
+  return out;
+}
+
+double Film::relative_error() const noexcept {
+  if (finished_passes() < stream_count) return -1;
+  double image_mean = 0, error = 0;
+  const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
+  std::vector<Estimate> estimates(pixels);
+  for (std::size_t p = 0; p < pixels; ++p) {
+    estimates[p] = estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
+    image_mean += luminance(estimates[p].mean) / static_cast<double>(pixels);
+  }
+  const double floor = square(image_mean / 10);
+  if (!(floor > 0)) return 0;
+  for (const Estimate& e : estimates)
+    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(static_cast<double>(e.mean[i])) + floor) / 3;
+  return std::sqrt(error / static_cast<double>(pixels));
+}
+
+int Film::finished_passes() const noexcept {
+  int least = tile_passes_.empty() ? 0 : total(tile_passes_[0]);
+  for (const auto& passes : tile_passes_) least = std::min(least, total(passes));
+  return least;
+}
+
+std::uint64_t Film::hash() const noexcept {
+  std::uint64_t h = mix(static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const double total_sum = sums_[i] + block_[i];
+    std::uint64_t bits;
+    std::memcpy(&bits, &total_sum, sizeof bits);
+    h = mix(h, bits);
+  }
+  return h;
+}
+
+}  // namespace sluice

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where samples add up. Sums are double; Combined is kept per stream (stream = pass mod 4), whose spread is an honest noise estimate
+// under randomised quasi-Monte Carlo. A block of 8 passes is summed alone and blocks are added in index order, so any split into
+// processes gives the same bits (design §5). Knows nothing of radii, photons or files. Not locked: the session does that.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/colour.h"
+
+namespace sluice {
+
+inline constexpr int stream_count = 4;
+inline constexpr int passes_per_block = 8;
+
+// The five parts of Combined, one per estimator of design §5.
+enum class Part : std::uint8_t { Direct, Caustics, Edited, Indirect, Emission };
+inline constexpr int part_count = 5;
+
+// One view sample, or the mean of a pass's samples of one pixel.
+struct PixelSample {
+  std::array<Color, part_count> parts{};  // radiance, W/m²/sr
+  float alpha = 0;                        // 0 where the world is seen
+  float depth = 0;                        // along the view axis (m); the world: 1e10, as Blender has it
+  V3f normal{0};                          // shading normal at the first hit
+  Color albedo{0};                        // directional albedo there
+
+  [[nodiscard]] Color combined() const noexcept { return parts[0] + parts[1] + parts[2] + parts[3] + parts[4]; }
+};
+
+class Film {
+ public:
+  static constexpr int tile = 32;
+
+  Film(int width, int height);
+
+  [[nodiscard]] int width() const noexcept { return width_; }
+  [[nodiscard]] int height() const noexcept { return height_; }
+  [[nodiscard]] int tiles_x() const noexcept { return (width_ + tile - 1) / tile; }
+  [[nodiscard]] int tile_count() const noexcept { return tiles_x() * ((height_ + tile - 1) / tile); }
+  struct Box {
+    int x0, y0, x1, y1;
+  };
+  [[nodiscard]] Box box(int tile_index) const noexcept;
+
+  // Adds one pass's samples of a tile, row by row. Passes of a block must come in order; tiles in any.
+  void add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples);
+  void close_block();  // after the last pass of a block (or of the render)
+
+  // A pass by its public name ("Combined", "Depth", …, "Noise"): float, `channels(name)` per pixel, row 0 at the bottom. Each tile is
+  // divided by its own number of passes, so an unfinished pass may be looked at. Unknown names give an empty vector.
+  [[nodiscard]] static int channels(const std::string& name) noexcept;
+  [[nodiscard]] std::vector<float> image(const std::string& name) const;
+
+  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0 with fewer than 4 passes.
+  [[nodiscard]] double relative_error() const noexcept;
+  [[nodiscard]] int finished_passes() const noexcept;  // by every tile
+  [[nodiscard]] std::uint64_t hash() const noexcept;   // of all sums, bit for bit
+  [[nodiscard]] std::size_t bytes() const noexcept { return 2 * sums_.size() * sizeof(double); }
+
+ private:
+  // Doubles per pixel: 4 streams of Combined, the parts, alpha, depth, normal, albedo.
+  static constexpr int combined_at = 0, parts_at = 12, alpha_at = parts_at + 3 * part_count, depth_at = alpha_at + 1,
+                       normal_at = depth_at + 1, albedo_at = normal_at + 3, stride = albedo_at + 3;
+
+  struct Estimate {
+    Color mean, variance;  // of the mean
+  };
+  [[nodiscard]] int tile_of(int x, int y) const noexcept { return (y / tile) * tiles_x() + x / tile; }
+  [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride + at] + block_[pixel * stride + at]; }
+  [[nodiscard]] Estimate estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept;
+
+  int width_, height_;
+  std::vector<double> sums_, block_;                          // of the closed blocks; of the open one
+  std::vector<std::array<int, stream_count>> tile_passes_;
+};
+
+}  // namespace sluice

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/light_path.h"
+
+#include "edit/hue.h"
+
+namespace sluice {
+namespace {
+
+constexpr float max_adjoint = 4;      // Veach's factor is unbounded at grazing shading normals (numerics R11)
+constexpr float max_survival = 0.95f; // roulette never lets a path live for ever (numerics P7)
+constexpr int roulette_starts = 4;
+
+}  // namespace
+
+void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out) {
+  key_ = key, draws_ = 0;
+  tally.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
+  LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
+  start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
+  tally.ledger.emitted += luminance(start.flux);
+  ++tally.photon_paths;
+  branches_[0] = start;
+  branch_count_ = 1;
+  Vertex vertex;
+  while (branch_count_ > 0) {
+    LightPath path = branches_[--branch_count_];
+    while (next_vertex(path, vertex)) {
+      store(path, vertex, out);
+      if (!scatter(path, vertex, sampler)) break;
+    }
+  }
+}
+
+// Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in branches_.
+bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
+  const Edits& edits = scene_.edits();
+  if (path.at_edit >= 0) {
+    const auto crossing = edits.first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
+    path.at_edit = -1;
+    if (crossing) {
+      pass_gate(path, *crossing);
+      return false;
+    }
+  }
+  for (int layer = 0; layer < max_alpha_layers; ++layer) {
+    const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
+    ++tally.rays;
+    if (!states_.taking(path.q).empty()) {  // else the segment asks nothing
+      ++tally.edit_queries;
+      const Segment segment{path.origin, V3d(path.direction), 0, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
+      if (const auto crossing = edits.first_taken(states_, path.q, segment)) {
+        pass_gate(path, *crossing);
+        return false;
+      }
+    }
+    if (!hit) {
+      tally.ledger.escaped += luminance(path.flux);
+      return false;
+    }
+    make_vertex(scene_, *hit, -path.direction, false, Carries::Flux, vertex);
+    const float chance = pass_chance(vertex.bsdf);
+    if (chance == 0) return true;
+    const double before = luminance(path.flux), straight = luminance(path.flux * vertex.bsdf.transparency);
+    if (chance < 1) {  // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed
+      tally.ledger.absorbed -= straight;
+      const bool stays = random() >= chance;
+      path.flux = stays ? path.flux / (1 - chance) : path.flux * vertex.bsdf.transparency / chance;
+      tally.ledger.sampling += luminance(path.flux) - before - straight;
+      if (stays) return true;
+    } else {
+      tally.ledger.absorbed += before - straight;
+      path.flux *= vertex.bsdf.transparency;
+    }
+    path.origin = hit->position, path.clearance = hit->clearance;
+  }
+  tally.ledger.capped += luminance(path.flux);
+  ++tally.depth_capped;
+  return false;
+}
+
+// The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
+void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noexcept {
+  const Edit& edit = scene_.edits()[crossing.edit];
+  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  const double energy = luminance(path.flux);
+  ++count.matched;
+  count.energy_in += energy;
+  if (states_.at_cap(path.q)) {
+    ++count.capped, ++tally.gates_capped;
+    tally.ledger.capped += energy;
+    return;
+  }
+  const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
+  const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
+  const double before = count.energy_out;
+  if (branch_count_ + copies <= split_budget) {
+    for (int exit = 0; exit < exits; ++exit) push_copy(path, crossing, exit, taken);
+    if (taken < 1) push_copy(path, crossing, straight_on, 1 - taken);
+  } else {
+    ++tally.split_capped;
+    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
+    const auto weight = static_cast<float>(copies);
+    if (chosen < exits)
+      push_copy(path, crossing, chosen, taken * weight);
+    else
+      push_copy(path, crossing, straight_on, (1 - taken) * weight);
+  }
+  const double gained = count.energy_out - before - energy;
+  (gained > 0 ? tally.ledger.added : tally.ledger.removed) += std::abs(gained);
+}
+
+void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
+  const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
+  if (!passage) {
+    ++tally.grazing_dropped;
+    return;
+  }
+  LightPath& copy = branches_[branch_count_] = path;
+  copy.flux = apply_hue(path.flux * (passage->gain * weight), passage->hue);
+  if (!is_finite(copy.flux)) {
+    ++tally.non_finite;
+    return;
+  }
+  copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0);
+  copy.q = states_.through(path.q, crossing.edit);
+  copy.last = Event::F;
+  copy.excluded_group = passage->group;
+  copy.at_edit = crossing.edit, copy.at_exit = exit;
+  ++branch_count_;
+  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  ++count.moved;
+  count.energy_out += luminance(copy.flux);
+}
+
+void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
+  const Arrival arrival = arrival_of(path.last);
+  if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return;
+  Photon photon;
+  photon.position = V3f(vertex.hit.position);
+  photon.wi = pack_direction(-path.direction);
+  photon.normal = pack_direction(vertex.point.ng);
+  photon.set_flux(path.flux);
+  photon.set_q(path.q);
+  photon.arrival_and_gates = static_cast<std::uint8_t>(static_cast<unsigned>(arrival) | (static_cast<unsigned>(std::min(states_.gates(path.q), 63)) << 2));
+  photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));
+  out.push_back(photon);
+  ++tally.photons_stored;
+}
+
+// On by one lobe, with the weight of that lobe. False: absorbed.
+bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept {
+  const Bsdf& bsdf = vertex.bsdf;
+  const double before = luminance(path.flux);
+  if (path.depth + 1 >= settings_.max_depth) {  // the next vertex would have no event left
+    tally.ledger.capped += before;
+    ++tally.depth_capped;
+    return false;
+  }
+  float total = 0;
+  for (int i = 0; i < bsdf.count; ++i) total += bsdf.lobes[i].choice;
+  const double expected = luminance(path.flux * albedo(bsdf, vertex.point.wo, any_lobe));
+  tally.ledger.absorbed += before - expected;
+  const auto lose = [&](double sampled) { tally.ledger.sampling += sampled - expected; };
+  if (!(total > 0)) return lose(0), false;
+
+  const std::uint32_t pair = emission_pairs + 2 * static_cast<std::uint32_t>(path.depth);
+  const V2f u = sampler.pair(pair);
+  float target = u.x * total;
+  int lobe = 0;
+  while (lobe + 1 < bsdf.count && target >= bsdf.lobes[lobe].choice) target -= bsdf.lobes[lobe++].choice;
+  const auto sample = sample_lobe(bsdf, lobe, vertex.point.wo, sampler.pair(pair + 1));
+  if (!sample) return lose(0), false;
+
+  const float chance = bsdf.lobes[lobe].choice / total;
+  const Color weight = sample->weight / chance;
+  path.throughput *= average(weight);
+  if (path.depth + 1 >= roulette_starts) {
+    const float survival = std::min(max_survival, path.throughput);
+    if (!(u.y < survival)) return lose(0), false;
+    path.flux /= survival, path.throughput /= survival;
+  }
+  const float factor = adjoint_factor(bsdf, lobe, vertex.point.wo, sample->wi), clamped = std::min(factor, max_adjoint);
+  path.flux *= weight;
+  tally.ledger.clamped += luminance(path.flux) * (factor - clamped);
+  lose(luminance(path.flux) * factor);
+  path.flux *= clamped;
+  if (clamped < factor) ++tally.adjoint_clamped;
+  if (!is_finite(path.flux)) {
+    ++tally.non_finite;
+    return false;
+  }
+  if (is_black(path.flux)) return false;
+
+  path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance;
+  path.direction = sample->wi;
+  path.excluded_group = -1;
+  path.last = sample->event;
+  path.q = states_.next(path.q, scene_.edits().event_class(sample->event, scene_.entity(vertex.hit)));
+  ++path.depth;
+  return true;
+}
+
+}  // namespace sluice

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Light paths, forward from a light: segments through gates (paper §4), vertices, and the branches that several exits make. One
+// emitted photon is one tree of light paths; each branch carries its own state q. The view side of the same rules is view_path.h.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "base/random.h"
+#include "edit/gates.h"
+#include "transport/effects.h"
+#include "transport/emission.h"
+#include "transport/photon.h"
+#include "transport/tally.h"
+#include "transport/vertex.h"
+
+namespace sluice {
+
+inline constexpr int split_budget = 16;  // branches alive at once on one path tree, both sides (design §4)
+
+struct LightPath {
+  V3d origin;
+  V3f direction;
+  V3f clearance{0};
+  Color flux;              // W
+  float throughput = 1;    // of materials alone, for roulette
+  StateId q = 0;
+  Event last = Event::L;   // last event: the class of the next arrival
+  int depth = 0;           // D, S, G events so far
+  int excluded_group = -1; // plane group that the segment starts on
+  int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
+};
+
+// What traces light paths on one thread: scratch memory, states, counts. Photons go to a list of the caller's.
+class LightTracer {
+ public:
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()) {}
+
+  // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
+  void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out);
+
+  [[nodiscard]] StateTable& states() noexcept { return states_; }
+  Tally tally;
+
+ private:
+  [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
+  void pass_gate(const LightPath& path, const Crossing& crossing) noexcept;
+  void push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
+  void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
+  [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
+  [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
+
+  const Scene& scene_;
+  const TransportSettings& settings_;
+  const Effects& effects_;
+  StateTable states_;
+  std::array<LightPath, split_budget> branches_;
+  int branch_count_ = 0;
+  std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits
+};
+
+}  // namespace sluice

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One pass = (photons, view samples), a pure function of scene, settings, guide and pass index (Knaus & Zwicker 2011: no statistics
+// are kept from pass to pass, so passes may run in any order and on any machine).
+#pragma once
+#include <cmath>
+#include <vector>
+
+#include "base/random.h"
+#include "transport/effects.h"
+#include "transport/guide.h"
+#include "transport/photon_map.h"
+#include "transport/settings.h"
+
+namespace sluice {
+
+// Names of the random keys: what a number is drawn for.
+enum class Purpose : std::uint64_t { Photons = 1, View, PhotonChoices, ViewChoices, Pilot };
+[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, Purpose purpose, std::uint64_t a, std::uint64_t b = 0) noexcept {
+  return mix(mix(mix(seed, static_cast<std::uint64_t>(purpose)), a), b);
+}
+
+// r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).
+[[nodiscard]] inline float radius_scale(int pass) noexcept { return static_cast<float>(std::pow(pass + 1.0, -1.0 / 6.0)); }
+
+// The photons of a pass, sorted; states of the expressions by their content, the same numbers whatever thread met them first.
+struct PhotonSet {
+  PhotonMap all;    // every stored photon: what a gather segment's end reads
+  PhotonMap close;  // caustics and edited light: what the view path's own vertex reads, with a smaller radius
+  std::vector<std::vector<std::uint32_t>> states;  // q -> content
+};
+
+// All that a pass reads; immutable while it runs.
+struct PassContext {
+  const Scene& scene;
+  const TransportSettings& settings;
+  const Effects& effects;
+  const Guide& guide;
+  int pass = 0;
+};
+
+}  // namespace sluice

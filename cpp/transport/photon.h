@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One stored photon in 32 bytes (design §5): what arrived at a surface, from where, by which kind of last event, in which state of
+// the expressions. Positions are re-centred. Two photons fill a cache line; more passes beat bigger maps.
+#pragma once
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "base/colour.h"
+#include "base/event.h"
+
+namespace sluice {
+
+// How light arrived: the last event before the vertex (design §5, the table). Disjoint and complete.
+enum class Arrival : std::uint8_t { Direct, Caustic, Edited, Indirect };  // last event L, S, F, D or G
+inline constexpr int arrival_count = 4;
+
+[[nodiscard]] constexpr Arrival arrival_of(Event last) noexcept {
+  switch (last) {
+    case Event::L: return Arrival::Direct;
+    case Event::S: return Arrival::Caustic;
+    case Event::F: return Arrival::Edited;
+    default: return Arrival::Indirect;
+  }
+}
+
+// Unit vectors on the octahedron, 16 bits an axis: 0.004 degrees at worst.
+[[nodiscard]] inline std::uint32_t pack_direction(const V3f& d) noexcept {
+  const float s = 1 / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+  float x = d.x * s, y = d.y * s;
+  if (d.z < 0) {
+    const float fold = (1 - std::abs(y)) * std::copysign(1.0f, x);
+    y = (1 - std::abs(x)) * std::copysign(1.0f, y);
+    x = fold;
+  }
+  const auto quantise = [](float a) { return static_cast<std::uint32_t>(std::lround(std::clamp(a, -1.0f, 1.0f) * 32767.0f) + 32768) & 0xffffu; };
+  return quantise(x) | (quantise(y) << 16);
+}
+
+[[nodiscard]] inline V3f unpack_direction(std::uint32_t bits) noexcept {
+  float x = static_cast<float>(static_cast<int>(bits & 0xffffu) - 32768) * (1 / 32767.0f);
+  float y = static_cast<float>(static_cast<int>(bits >> 16) - 32768) * (1 / 32767.0f);
+  const float z = 1 - std::abs(x) - std::abs(y), fold = std::max(-z, 0.0f);
+  x -= std::copysign(fold, x), y -= std::copysign(fold, y);
+  return V3f(x, y, z) * (1 / std::sqrt(x * x + y * y + z * z));
+}
+
+struct Photon {
+  V3f position;
+  std::uint32_t wi;          // towards where the light came from
+  std::uint32_t normal;      // geometric, on the side the light arrived at
+  std::uint16_t mantissa[3]; // flux (W) = mantissa · 2^(exponent - 144)
+  std::uint8_t exponent;
+  std::uint8_t state[3];     // q of the path so far, an index into the pass's table of states
+  std::uint8_t arrival_and_gates;  // 2 + 6 bits
+  std::uint8_t depth;              // D, S, G events so far
+
+  [[nodiscard]] Arrival arrival() const noexcept { return static_cast<Arrival>(arrival_and_gates & 3); }
+  [[nodiscard]] std::uint32_t q() const noexcept { return state[0] | (state[1] << 8) | (static_cast<std::uint32_t>(state[2]) << 16); }
+  void set_q(std::uint32_t q) noexcept {
+    for (int i = 0; i < 3; ++i) state[i] = static_cast<std::uint8_t>(q >> (8 * i));
+  }
+
+  // Rounds to 16 bits of the largest channel; flux beyond 2^127 is clamped (the caller bounds it), below 2^-127 becomes 0.
+  void set_flux(const Color& flux) noexcept {
+    int e = 0;
+    std::frexp(std::max(max_component(flux), 0.0f), &e);  // flux < 2^e
+    e = std::clamp(e, -110, 127);
+    const float scale = std::ldexp(1.0f, 16 - e);
+    const auto round = [scale](float c) { return static_cast<std::uint16_t>(std::clamp(std::lround(c * scale), 0L, 65535L)); };
+    mantissa[0] = round(flux.x), mantissa[1] = round(flux.y), mantissa[2] = round(flux.z);
+    exponent = static_cast<std::uint8_t>(e + 128);
+  }
+  [[nodiscard]] Color flux() const noexcept {
+    const float scale = std::bit_cast<float>((static_cast<std::uint32_t>(exponent) - 17u) << 23);  // 2^(exponent - 144)
+    return {mantissa[0] * scale, mantissa[1] * scale, mantissa[2] * scale};
+  }
+};
+static_assert(sizeof(Photon) == 32);
+
+}  // namespace sluice

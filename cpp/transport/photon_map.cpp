@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/photon_map.h"
+
+#include <bit>
+
+namespace sluice {
+
+void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool) {
+  const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival())) & 1u; };
+  std::vector<std::size_t> offset(chunks.size() + 1, 0);
+  pool.parallel_for(chunks.size(), [&](std::size_t c, int) { offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken)); });
+  for (std::size_t c = 0; c < chunks.size(); ++c) offset[c + 1] += offset[c];
+
+  const std::size_t count = offset.back();
+  const std::uint32_t buckets = std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::size_t>(count, 64, 1u << 24)));
+  mask_ = buckets - 1;
+  inverse_cell_ = 1 / cell;
+  keys_.resize(count);
+  pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
+    std::size_t i = offset[c];
+    for (const Photon& photon : chunks[c])
+      if (taken(photon)) keys_[i++] = bucket(cell_of(photon.position.x), cell_of(photon.position.y), cell_of(photon.position.z));
+  });
+
+  // Counting sort, stable: within a bucket photons keep the order of their paths.
+  start_.assign(buckets + 1, 0);
+  for (const std::uint32_t key : keys_) ++start_[key + 1];
+  for (std::uint32_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
+  photons_.resize(count);
+  x_.resize(count + 8), y_.resize(count + 8), z_.resize(count + 8);
+  std::size_t i = 0;
+  for (const auto& chunk : chunks)
+    for (const Photon& photon : chunk)
+      if (taken(photon)) {
+        const std::uint32_t to = start_[keys_[i++]]++;
+        photons_[to] = photon;
+        x_[to] = photon.position.x, y_[to] = photon.position.y, z_[to] = photon.position.z;
+      }
+  for (std::uint32_t b = buckets; b > 0; --b) start_[b] = start_[b - 1];  // undo the running ends
+  start_[0] = 0;
+}
+
+std::size_t PhotonMap::bytes() const noexcept {
+  return photons_.capacity() * sizeof(Photon) + (x_.capacity() + y_.capacity() + z_.capacity()) * sizeof(float) +
+         (start_.capacity() + keys_.capacity()) * sizeof(std::uint32_t);
+}
+
+int PhotonMap::ranges(const V3f& p, float radius, std::array<Range, max_ranges>& out) const noexcept {
+  const std::int64_t x0 = cell_of(p.x - radius), x1 = cell_of(p.x + radius);
+  const std::int64_t y0 = cell_of(p.y - radius), y1 = cell_of(p.y + radius);
+  const std::int64_t z0 = cell_of(p.z - radius), z1 = cell_of(p.z + radius);
+  const std::uint32_t width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, mask_ + 1));
+  if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
+    out[0] = {0, mask_ + 1};
+    return 1;
+  }
+  int n = 0;
+  for (std::int64_t z = z0; z <= z1; ++z)
+    for (std::int64_t y = y0; y <= y1; ++y) {
+      const std::uint32_t b = bucket(x0, y, z), e = b + width;
+      out[n++] = {b, std::min(e, mask_ + 1)};
+      if (e > mask_ + 1) out[n++] = {0, e - mask_ - 1};
+    }
+  // Rows that hash onto each other are merged, else their photons would count twice.
+  std::sort(out.begin(), out.begin() + n, [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  int merged = 0;
+  for (int i = 1; i < n; ++i) {
+    if (out[i].begin < out[merged].end)
+      out[merged].end = std::max(out[merged].end, out[i].end);
+    else
+      out[++merged] = out[i];
+  }
+  return n == 0 ? 0 : merged + 1;
+}
+
+}  // namespace sluice

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The first half of a pass: light paths are traced in chunks of fixed size, their photons sorted into maps. The result does not
+// depend on the number of threads: chunks are put together in index order, states renumbered by content.
+#pragma once
+#include <atomic>
+
+#include "base/threads.h"
+#include "transport/light_path.h"
+#include "transport/pass.h"
+
+namespace sluice {
+
+class PhotonPass {
+ public:
+  PhotonPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads);
+
+  // Traces settings.photons paths and fills `photons`. False: cancelled, the result is of no use.
+  [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Tally& tally);
+
+  // The photons of the last run by chunk, in path order (for the pilot and tests).
+  [[nodiscard]] const std::vector<std::vector<Photon>>& chunks() const noexcept { return chunks_; }
+
+ private:
+  void number_states(PhotonSet& photons, ThreadPool& pool);
+
+  std::vector<LightTracer> tracers_;  // per thread
+  std::vector<std::vector<Photon>> chunks_;
+  std::vector<int> chunk_thread_;     // who traced it: whose numbers its states have
+  std::vector<Tally> chunk_tally_;
+};
+
+}  // namespace sluice

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a pass counts beside its image: the energy ledger (design §4), traffic through the edits, work done, everything dropped or
+// capped. One tally per piece of work, added up in the order of the pieces, so the sums do not depend on threads.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "base/colour.h"
+
+namespace sluice {
+
+// Luminous flux (W, luminance-weighted) on the photon side. It closes: emitted + added + sampling = absorbed + escaped + removed +
+// capped + clamped. `sampling` is signed: what roulette and the choice of lobes or exits gave or took against their expectation.
+struct Ledger {
+  double emitted = 0, added = 0, sampling = 0, absorbed = 0, escaped = 0, removed = 0, capped = 0, clamped = 0;
+
+  void operator+=(const Ledger& o) noexcept {
+    emitted += o.emitted, added += o.added, sampling += o.sampling, absorbed += o.absorbed;
+    escaped += o.escaped, removed += o.removed, capped += o.capped, clamped += o.clamped;
+  }
+  [[nodiscard]] double residual() const noexcept { return emitted + added + sampling - absorbed - escaped - removed - capped - clamped; }
+};
+
+struct EditTally {
+  std::uint64_t crossed = 0;  // entry crossings by light paths in a state that was asked about
+  std::uint64_t matched = 0;  // taken by the entry
+  std::uint64_t moved = 0;    // copies sent on by exits
+  std::uint64_t capped = 0;   // absorbed at max_gates
+  double energy_in = 0, energy_out = 0;
+
+  void operator+=(const EditTally& o) noexcept {
+    crossed += o.crossed, matched += o.matched, moved += o.moved, capped += o.capped;
+    energy_in += o.energy_in, energy_out += o.energy_out;
+  }
+};
+
+struct Tally {
+  Ledger ledger;
+  std::vector<EditTally> edits;
+  std::uint64_t rays = 0, shadow_rays = 0, photon_paths = 0, photons_stored = 0, view_paths = 0, gathers = 0, photons_gathered = 0;
+  std::uint64_t edit_queries = 0;  // segments that asked the edits
+  // dropped or capped, never silently
+  std::uint64_t non_finite = 0, adjoint_clamped = 0, depth_capped = 0, gates_capped = 0, split_capped = 0, grazing_dropped = 0, steps_capped = 0;
+
+  void operator+=(const Tally& o) {
+    ledger += o.ledger;
+    if (edits.size() < o.edits.size()) edits.resize(o.edits.size());
+    for (std::size_t i = 0; i < o.edits.size(); ++i) edits[i] += o.edits[i];
+    rays += o.rays, shadow_rays += o.shadow_rays, photon_paths += o.photon_paths, photons_stored += o.photons_stored;
+    view_paths += o.view_paths, gathers += o.gathers, photons_gathered += o.photons_gathered, edit_queries += o.edit_queries;
+    non_finite += o.non_finite, adjoint_clamped += o.adjoint_clamped, depth_capped += o.depth_capped, gates_capped += o.gates_capped;
+    split_capped += o.split_capped, grazing_dropped += o.grazing_dropped, steps_capped += o.steps_capped;
+  }
+};
+
+}  // namespace sluice

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A path's vertex: where it is and how light scatters there. Shared by light paths and view paths.
+#pragma once
+#include "scene/scene.h"
+#include "shading/material.h"
+
+namespace sluice {
+
+struct Vertex {
+  Hit hit;
+  SurfacePoint point;
+  Bsdf bsdf;
+};
+
+// Which way flux flows: light paths carry it from wo to wi, view paths look against it.
+enum class Carries : std::uint8_t { Flux, Radiance };
+
+inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool camera_ray, Carries carries, Vertex& vertex) noexcept {
+  vertex.hit = hit;
+  scene.surface_point(hit, wo, camera_ray, vertex.point);
+  vertex.point.photon = carries == Carries::Flux;
+  shade(scene.material(hit), vertex.point, vertex.bsdf);
+}
+
+[[nodiscard]] inline float average(const Color& c) noexcept { return (c.x + c.y + c.z) * (1.0f / 3); }
+
+// The chance that a path passes straight through what is transparent at the vertex (alpha; no event, design §3). 1 if there is
+// nothing else; decided on averages, never on one colour channel.
+[[nodiscard]] inline float pass_chance(const Bsdf& bsdf) noexcept {
+  if (bsdf.count == 0 && is_black(bsdf.emission)) return is_black(bsdf.transparency) ? 0.0f : 1.0f;
+  return std::clamp(average(bsdf.transparency), 0.0f, 0.95f);
+}
+
+// The side from which light can matter at the vertex, for the choice of lights: ng, or 0 where some lobe lets light through.
+[[nodiscard]] inline V3f lit_side(const Bsdf& bsdf) noexcept {
+  for (int i = 0; i < bsdf.count; ++i)
+    if (!bsdf.lobes[i].delta && std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape)) return V3f(0);
+  return bsdf.ng;
+}
+
+// The most alpha layers on one straight segment; beyond it the path is dropped and counted.
+inline constexpr int max_alpha_layers = 256;
+
+}  // namespace sluice

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Gates on view segments. Light edits are met backward (design §2 and §5): at a plane of quads light may have come straight through,
+// passing every entry there, or out of an exit, taken by that edit's entry; both continue, and C remembers which light that was.
+// View edits are met forward from the eye, as paper §4 has it.
+#include "transport/view_path.h"
+
+namespace sluice {
+
+// The gates on a segment in the order of the ray, and the lamps between them.
+ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps) {
+  const Edits& edits = scene_.edits();
+  Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
+  std::optional<Crossing> capture;
+  if (effects_.view_edits && !states_.taking(path.state).empty()) {
+    ++tally.edit_queries;
+    capture = edits.first_taken(states_, path.state, segment);
+    if (capture) segment.t_max = capture->t;
+  }
+  const auto collect_lamps = [&](double until) {
+    for (LampHit& lamp : lamps)
+      if (lamp.t < until) {
+        add_emission(path, segment_of(path), lamp.light, lamp.radiance, nullptr, arm_of(path));
+        lamp.t = std::numeric_limits<double>::infinity();  // done
+      }
+  };
+  if (effects_.light_edits) {
+    ++tally.edit_queries;
+    edits.crossings(Side::Light, segment, {}, crossings_);
+    for (std::size_t i = 0; i < crossings_.size();) {
+      std::size_t end = i + 1;
+      while (end < crossings_.size() && crossings_[end].group == crossings_[i].group && crossings_[end].t == crossings_[i].t) ++end;
+      collect_lamps(crossings_[i].t);
+      const Went went = cross_plane(path, std::span(crossings_).subspan(i, end - i));
+      if (went != Went::Straight) return went;
+      i = end;
+    }
+  }
+  collect_lamps(segment.t_max);
+  if (!capture) return Went::Straight;
+  meet_view_edit(path, *capture);
+  return Went::Nowhere;
+}
+
+// Entries and exits of light edits at one point of one plane. Pushes the ways light may have come out of a gate here and leaves `path`
+// on the straight way; above the split budget one way is chosen, with weight.
+ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossing> plane) {
+  const Edits& edits = scene_.edits();
+  const auto way = [&](const Crossing& c) -> float {  // weight with which light comes this way through the gate; 0: it cannot
+    if (c.edit == path.own_entry || !may_take(path, c)) return 0;
+    const float taken = edits[c.edit].is_partial ? edits.weight(c.edit, c.uv) : 1;
+    return c.exit == QuadId::entry ? 1 - taken : taken;
+  };
+  int ways = 0;
+  for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
+  if (ways > 0 && branch_count_ + ways > split_budget) {
+    ++tally.split_capped;
+    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(ways + 1)), ways);
+    const auto boost = static_cast<float>(ways + 1);
+    for (int left = chosen; const Crossing& c : plane)
+      if (const float weight = way(c); weight > 0 && left-- == 0) return go_backward(path, plane, c, weight * boost) ? Went::Elsewhere : Went::Nowhere;
+    path.weight *= boost;
+  } else if (ways > 0) {
+    for (const Crossing& c : plane) {
+      const float weight = way(c);
+      if (!(weight > 0)) continue;
+      branches_[branch_count_] = path;
+      if (go_backward(branches_[branch_count_], plane, c, weight)) ++branch_count_;
+    }
+  }
+  path.joins = pass_entries(path, plane, -1);
+  if (path.own_entry >= 0) path.own_entry = -1;
+  return Went::Straight;
+}
+
+// Never through an edit already in the path without repeat, nor beyond the caps: C would refuse every q in the end.
+bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const noexcept {
+  const Edit& edit = scene_.edits()[crossing.edit];
+  if (crossing.exit == QuadId::entry && !edit.is_partial) return false;
+  return path.gates < settings_.max_gates && (edit.repeat || !joins_.uses(path.joins, crossing.edit));
+}
+
+// Light went straight past the plane's entries, or past those between an exit and the entry that the path came out of: entries of a
+// higher order than that one are not crossed (design §2).
+int ViewTracer::pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except) {
+  int joins = path.joins;
+  const int below = path.own_entry >= 0 ? scene_.edits()[path.own_entry].order : std::numeric_limits<int>::max();
+  for (const Crossing& c : plane)
+    if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && c.order < below) joins = joins_.passed(joins, c.edit);
+  return joins;
+}
+
+// Backward through a gate: to where its entry took the light. False: nothing comes that way.
+bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& crossing, float weight) {
+  const bool is_straight = crossing.exit == QuadId::entry;  // the implicit exit of a partial entry
+  std::optional<Passage> passage;
+  if (is_straight)
+    passage = Passage{.position = path.origin + V3d(path.direction) * crossing.t, .direction = path.direction, .group = crossing.group};
+  else
+    passage = scene_.edits().backward(crossing.edit, crossing.exit, crossing.uv, path.direction);
+  if (!passage) {
+    ++tally.grazing_dropped;
+    return false;
+  }
+  path.length += crossing.t;
+  path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
+  path.own_entry = crossing.edit;
+  apply_gate(path, *passage, weight);
+  return !is_black(path.weight);
+}
+
+// A view edit takes the path: every exit shows its place (paper §4.3), so copies add.
+void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) {
+  const Edit& edit = scene_.edits()[crossing.edit];
+  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  ++count.matched;
+  if (path.gates >= settings_.max_gates) {
+    ++count.capped, ++tally.gates_capped;
+    return;
+  }
+  const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
+  const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
+  if (branch_count_ + copies <= split_budget) {
+    for (int exit = 0; exit < exits; ++exit) push_view_copy(path, crossing, exit, taken);
+    if (taken < 1) push_view_copy(path, crossing, straight_on, 1 - taken);
+  } else {
+    ++tally.split_capped;
+    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
+    const float each = static_cast<float>(copies) * (chosen < exits ? taken : 1 - taken);
+    push_view_copy(path, crossing, chosen < exits ? chosen : straight_on, each);
+  }
+}
+
+void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight) {
+  const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
+  if (!passage) {
+    ++tally.grazing_dropped;
+    return;
+  }
+  ViewPath& copy = branches_[branch_count_] = path;
+  copy.length += crossing.t;
+  copy.state = states_.through(path.state, crossing.edit);
+  copy.joins = joins_.view_gate(path.joins, crossing.edit);
+  copy.at_edit = crossing.edit, copy.at_exit = exit;
+  apply_gate(copy, *passage, weight);
+  if (is_black(copy.weight)) return;
+  ++branch_count_;
+  ++tally.edits[static_cast<std::size_t>(crossing.edit)].moved;
+}
+
+void ViewTracer::apply_gate(ViewPath& path, const Passage& passage, float weight) {
+  path.weight *= passage.gain * weight;
+  if (passage.hue != 0) {
+    hues_.push_back({path.weight, passage.hue, path.hue});
+    path.hue = static_cast<int>(hues_.size()) - 1;
+    path.weight = Color(1);
+  }
+  ++path.gates;
+  path.origin = passage.position, path.direction = passage.direction, path.clearance = V3f(0);
+  path.t_max = std::numeric_limits<double>::infinity();
+  path.excluded_group = passage.group;
+  path.lobe_pdf = 0;  // next-event estimation runs straight through exits: it cannot find what lies behind a gate
+  path.is_camera = false;
+}
+
+}  // namespace sluice

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The estimators of design §5 at v, the view path's vertex with gathering lobes: direct light (next-event estimation, MIS with lobe
+// sampling), caustics and edited light (photon density at v), indirect light (one gather segment to y, photon density there), and
+// the emission that paths and gather segments meet.
+#include <algorithm>
+
+#include "transport/view_path.h"
+
+namespace sluice {
+namespace {
+
+constexpr int max_lamps = 16;
+
+// Balance heuristic between two ways to make one direction.
+float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other) : 0; }
+
+template <class Do>
+void for_each_event(EventMask events, Do&& act) {
+  for (const Event e : {Event::D, Event::G, Event::S})
+    if (events & mask_of(e)) act(e);
+}
+
+}  // namespace
+
+// Next-event estimation. The shadow segment runs straight through exits and is blocked by every entry that takes q of L.
+void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
+  if (!effects_.direct) return;
+  const Bsdf& bsdf = v.bsdf;
+  const V3f& wo = v.point.wo;
+  const V3f side = lit_side(bsdf);
+  const auto choice = choose_light(scene_, v.hit.position, side, pair(path, 2).x);
+  if (!choice) return;
+  const auto sample = sample_direct(scene_, choice->light, v.hit.position, choice->u, pair(path, 3));
+  if (!sample || !(sample->pdf > 0)) return;
+  const float pdf_light = choice->pmf * sample->pdf;
+  const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
+
+  // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
+  struct Arrived {
+    Event event;
+    Color radiance;
+  };
+  std::array<Arrived, 3> arrived;
+  int count = 0;
+  for_each_event(bsdf.events(), [&](Event e) {
+    const Color f = eval(bsdf, wo, sample->wi, mask_of(e));
+    if (is_black(f)) return;
+    const EventMask group = e == Event::S ? followed : gathering;
+    const float weight = sample->delta || !light.casts_shadow ? 1 : mis(pdf_light, pdf(bsdf, wo, sample->wi, group));
+    arrived[static_cast<std::size_t>(count++)] = {e, f * sample->radiance * (weight / pdf_light)};
+  });
+  if (count == 0) return;
+
+  Color visible(1);
+  if (light.casts_shadow) {
+    ++tally.shadow_rays;
+    visible = scene_.transmittance(ray_from(v.hit, sample->wi, sample->distance));
+    if (is_black(visible)) return;
+  }
+  StateId q = StateTable::light_start;
+  if (effects_.light_edits) {
+    q = light_state(choice->light);
+    if (!states_.taking(q).empty()) {
+      ++tally.edit_queries;
+      if (scene_.edits().any_taken(states_, q, {v.hit.position, V3d(sample->wi), 0, sample->distance, -1})) return;
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    const Arrived& a = arrived[static_cast<std::size_t>(i)];
+    if (joins_.is_constrained(path.joins)) {
+      const int joins = joins_.event(path.joins, scene_.edits().event_class(a.event, scene_.entity(v.hit)));
+      if (!joins_.allows(states_, q, joins)) continue;
+    }
+    add(Part::Direct, path, a.radiance * visible);
+  }
+}
+
+// Is the pass's photon state q in C? Remembered while C stays the same.
+bool ViewTracer::allows_photon(std::uint32_t q, int joins) noexcept {
+  if (!joins_.is_constrained(joins)) return true;
+  if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
+  if (memo_mark_[q] != memo_now_) {
+    memo_mark_[q] = memo_now_;
+    memo_[q] = joins_.allows(states_, state_of_[q], joins);
+  }
+  return memo_[q] != 0;
+}
+
+// Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
+void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
+  if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
+  const float radius = radius_at(footprint(path), settings_.caustic_radius_factor);
+  const int room = settings_.max_depth - path.depth - 1;
+  const auto estimate = [&](EventMask mask, int joins) {
+    ++tally.gathers;
+    std::array<Color, arrival_count> sum{};
+    estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
+      if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
+      ++tally.photons_gathered;
+      if (path.hue >= 0)
+        add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance);
+      else
+        sum[static_cast<std::size_t>(photon.arrival())] += radiance;
+    });
+    if (path.hue >= 0) return;
+    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)]);
+    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)]);
+  };
+  if (!joins_.is_constrained(path.joins)) return estimate(gathering, Joins::all);
+  for_each_event(v.bsdf.events() & gathering, [&](Event e) {  // each lobe of a vertex has its own C
+    estimate(mask_of(e), joins_.event(path.joins, scene_.edits().event_class(e, scene_.entity(v.hit))));
+  });
+}
+
+// The ways light of the gather segment goes on at v: one, or one per kind of lobe where C could tell them apart.
+ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
+  const EventMask kinds = v.bsdf.events() & gathering;
+  Arms arms;
+  const auto joins_for = [&](Event e) {
+    return effects_.light_edits ? joins_.event(path.joins, scene_.edits().event_class(e, scene_.entity(v.hit))) : path.joins;
+  };
+  if (kinds != gathering) {
+    arms.arm[0] = {joins_for(sample.event), sample.weight / square(sample.eta)};
+    arms.count = 1;
+  } else if (!effects_.light_edits && path.hue < 0) {
+    arms.arm[0] = {path.joins, eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf};
+    arms.count = 1;
+  } else {
+    for (const Event e : {Event::D, Event::G})
+      arms.arm[static_cast<std::size_t>(arms.count++)] = {joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf};
+  }
+  return arms;
+}
+
+// One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
+// light found by lobe sampling.
+void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
+  if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
+  const auto sample = sluice::sample(v.bsdf, v.point.wo, pair(path, 4).x, pair(path, 5), gathering);
+  if (!sample || !(sample->pdf > 0)) return;
+  Arms arms = arms_of(path, v, *sample);
+  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf};
+  Ray ray = ray_from(v.hit, sample->wi);
+  double length = 0;
+  bool arrived = false;
+  for (int layer = 0; layer < max_alpha_layers && !arrived; ++layer) {
+    const auto hit = scene_.intersect(ray);
+    ++tally.rays;
+    narrow(path, segment, length, length + (hit ? hit->t : ray.t_max), arms);
+    if (!hit) return far_emission(path, segment, arms);
+    make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, far_);
+    length += hit->t;
+    const float chance = pass_chance(far_.bsdf);
+    arrived = chance < 1 && (chance == 0 || random() >= chance);
+    for (Arm& arm : arms.arm) arm.weight *= arrived ? Color(1 / (1 - chance)) : far_.bsdf.transparency / chance;
+    ray = ray_from(*hit, sample->wi);
+  }
+  if (!arrived) return;
+  surface_emission(path, segment, far_, arms);
+  if (!effects_.indirect || path.depth + 2 > settings_.max_depth) return;
+  const float spread = std::min(1.0f, 1 / std::sqrt(sample->pdf));  // angle of the lobe that was sampled
+  gather_at(path, far_, arms, radius_at(footprint(path) + length * spread, settings_.radius_factor));
+}
+
+// One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
+void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, Arms& arms) {
+  std::array<LampHit, max_lamps> lamps;
+  int lamp_count = 0, next_lamp = 0;
+  if (effects_.direct) {
+    lamp_count = intersect_lamps(scene_, {segment.origin, segment.direction, t_end}, lamps);
+    lamp_count = static_cast<int>(std::remove_if(lamps.begin(), lamps.begin() + lamp_count, [&](const LampHit& l) { return l.t <= t_start; }) - lamps.begin());
+    std::sort(lamps.begin(), lamps.begin() + lamp_count, [](const LampHit& a, const LampHit& b) { return a.t < b.t; });
+  }
+  const auto collect_lamps = [&](double until) {
+    for (; next_lamp < lamp_count && lamps[static_cast<std::size_t>(next_lamp)].t < until; ++next_lamp) {
+      const LampHit& lamp = lamps[static_cast<std::size_t>(next_lamp)];
+      add_emission(path, segment, lamp.light, lamp.radiance, nullptr, arms);
+    }
+  };
+  if (effects_.light_edits) {
+    ++tally.edit_queries;
+    scene_.edits().crossings(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, {}, crossings_);
+    for (const Crossing& crossing : crossings_) {
+      if (crossing.exit != QuadId::entry) continue;
+      collect_lamps(crossing.t);
+      for (Arm& arm : arms.arm) arm.joins = joins_.passed(arm.joins, crossing.edit);
+    }
+  }
+  collect_lamps(std::numeric_limits<double>::infinity());
+}
+
+// Photon density at y: all photons with q in C, whatever their class (design §5: at y everything counts).
+void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, float radius) {
+  const int room = settings_.max_depth - path.depth - 2;
+  const auto estimate = [&](EventMask mask, int joins, const Color& weight) {
+    ++tally.gathers;
+    Color sum(0);
+    estimate_density(photons_->all, Receiver(y, mask), radius, [&](const Photon& photon, const Color& radiance) {
+      if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
+      ++tally.photons_gathered;
+      if (path.hue >= 0)
+        add(Part::Indirect, path, radiance * weight);
+      else
+        sum += radiance;
+    });
+    if (path.hue < 0) add(Part::Indirect, path, sum * weight);
+  };
+  for (int i = 0; i < arms.count; ++i) {
+    const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
+    if (is_black(arm.weight)) continue;
+    if (!joins_.is_constrained(arm.joins))
+      estimate(gathering, Joins::all, arm.weight);
+    else
+      for_each_event(y.bsdf.events() & gathering, [&](Event e) {
+        estimate(mask_of(e), joins_.event(arm.joins, scene_.edits().event_class(e, scene_.entity(y.hit))), arm.weight);
+      });
+  }
+}
+
+// What the world and suns send along a segment that meets nothing.
+void ViewTracer::far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms) {
+  for (const int light : scene_.infinite_lights())
+    add_emission(path, segment, light, eval_infinite(scene_, light, segment.direction, segment.camera), nullptr, arms);
+}
+
+void ViewTracer::surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms) {
+  add_emission(path, segment, scene_.mesh_light(vertex.hit.instance), vertex.bsdf.emission, &vertex.hit, arms);
+}
+
+// Emission that a path meets: the Emission part, or direct light where next-event estimation could have found it too (then MIS).
+void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms) {
+  if (is_black(radiance)) return;
+  const bool is_direct = segment.pdf > 0;
+  if (is_direct) {
+    if (!effects_.direct) return;
+    if (light >= 0) {
+      if (!scene_.lights()[static_cast<std::size_t>(light)].casts_shadow) return;  // found by next-event estimation alone
+      radiance *= mis(segment.pdf, choice_pmf(scene_, segment.origin, segment.normal, light) * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
+    }
+  }
+  for (int i = 0; i < arms.count; ++i) {
+    const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
+    if (joins_.is_constrained(arm.joins)) {
+      const int entity = light >= 0 ? scene_.light_entity(light) : scene_.entity(*hit);
+      const StateId q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity));
+      if (!joins_.allows(states_, q, arm.joins)) continue;
+    }
+    add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight);
+  }
+}
+
+}  // namespace sluice

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/view_pass.h"
+
+namespace sluice {
+
+ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads) : samples_(static_cast<std::size_t>(threads)) {
+  tracers_.reserve(static_cast<std::size_t>(threads));
+  for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects);
+}
+
+bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,
+                   std::mutex& film_lock, Tally& tally) {
+  for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
+  tile_tally_.assign(static_cast<std::size_t>(film.tile_count()), {});
+  const FrameDescription& frame = context.scene.frame();
+  // Sobol' points are dealt to 4 streams; inside one, the index counts (indices = stream mod 4 of one sequence would not converge).
+  const int stream = context.pass % stream_count, index = context.pass / stream_count;
+
+  pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
+    if (cancel.load(std::memory_order_relaxed)) return;
+    ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
+    std::vector<PixelSample>& samples = samples_[static_cast<std::size_t>(thread)];
+    samples.clear();
+    tracer.tally = {};
+    tracer.tally.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
+    const Film::Box box = film.box(static_cast<int>(t));
+    for (int y = box.y0 + frame.y0; y < box.y1 + frame.y0; ++y)
+      for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
+        const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
+        const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
+        samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
+      }
+    tile_tally_[t] = tracer.tally;
+    const std::lock_guard lock(film_lock);
+    film.add_tile(static_cast<int>(t), context.pass, samples);
+  });
+  for (const Tally& t : tile_tally_) tally += t;
+  return !cancel;
+}
+
+}  // namespace sluice

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/view_path.h"
+
+#include "edit/hue.h"
+
+namespace sluice {
+namespace {
+
+constexpr float max_survival = 0.95f;
+constexpr int roulette_starts = 4;
+constexpr float far_away = 1e10f;  // Blender's depth of nothing
+constexpr int max_lamps = 16;      // lamps with a shape on one segment
+
+}  // namespace
+
+void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
+  photons_ = &photons;
+  radius_scale_ = radius_scale(context.pass);
+  tally = {};
+  tally.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
+  state_of_.clear();
+  for (const auto& content : photons.states) state_of_.push_back(states_.intern(content));
+  memo_mark_.assign(photons.states.size(), 0);
+  memo_.assign(photons.states.size(), 0);
+  memo_now_ = 0, memo_joins_ = Joins::all;
+}
+
+PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_t key) {
+  sampler_ = sampler, key_ = key, draws_ = 0;
+  sample_ = {}, recorded_ = false;
+  joins_.clear(), hues_.clear();
+  const V2f offset = scene_.pixel_filter().sample_filter(sampler.pair(0));
+  const CameraRay camera = scene_.camera().generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, sampler.pair(1));
+  ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
+  path.width = camera.width, path.spread = camera.spread;
+  if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
+  ++tally.view_paths;
+  branches_[0] = path;
+  branch_count_ = 1;
+  while (branch_count_ > 0) {
+    ViewPath branch = branches_[--branch_count_];
+    follow(branch);
+  }
+  return sample_;
+}
+
+// Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
+// each contribution on its own, from the light's end to the eye's (design §4).
+void ViewTracer::add(Part part, const ViewPath& path, Color radiance) noexcept {
+  radiance *= path.weight;
+  for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
+    radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) * hues_[static_cast<std::size_t>(step)].factor;
+  if (is_finite(radiance))
+    sample_.parts[static_cast<std::size_t>(part)] += radiance;
+  else
+    ++tally.non_finite;
+}
+
+void ViewTracer::follow(ViewPath& path) {
+  while (next_vertex(path, vertex_)) {
+    const Vertex& v = vertex_;
+    record_first(&v);
+    surface_emission(path, segment_of(path), v, arm_of(path));
+    if (path.depth + 1 > settings_.max_depth) return;
+    direct_light(path, v);
+    close_density(path, v);
+    gather(path, v);
+    if (!extend(path, v)) return;
+  }
+  record_first(nullptr);
+}
+
+// Depth, Normal, Albedo, alpha: of the first thing the sample meets; null: the world.
+void ViewTracer::record_first(const Vertex* vertex) noexcept {
+  if (recorded_) return;
+  recorded_ = true;
+  sample_.alpha = vertex || !settings_.transparent_film ? 1 : 0;
+  sample_.depth = vertex ? static_cast<float>(scene_.camera().depth(vertex->hit.position)) : far_away;
+  if (!vertex) return;
+  sample_.normal = vertex->point.ns;
+  sample_.albedo = albedo(vertex->bsdf, vertex->point.wo, any_lobe);
+}
+
+// On to the next surface, collecting emission on the way. False: the path is over, or goes on in branches_.
+bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
+  const Edits& edits = scene_.edits();
+  if (path.at_edit >= 0) {
+    const auto crossing = edits.first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
+    path.at_edit = -1;
+    if (crossing) {
+      meet_view_edit(path, *crossing);
+      return false;
+    }
+  }
+  for (int layer = 0; layer < max_alpha_layers; ++layer) {
+    if (path.own_entry >= 0) {
+      edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, {}, crossings_);
+      const Went went = cross_plane(path, crossings_);
+      if (went == Went::Nowhere) return false;
+      if (went == Went::Elsewhere) continue;
+    }
+    const Ray ray{path.origin, path.direction, path.t_max, path.clearance, path.is_camera};
+    const auto hit = scene_.intersect(ray);
+    ++tally.rays;
+    const double t_end = hit ? hit->t : path.t_max;
+    std::array<LampHit, max_lamps> found;
+    const std::span lamps(found.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, found)));
+    const Went went = cross_gates(path, t_end, lamps);
+    if (went == Went::Nowhere) return false;
+    if (went == Went::Elsewhere) continue;
+    if (!hit) {
+      if (!(path.is_camera && settings_.transparent_film)) far_emission(path, segment_of(path), arm_of(path));
+      return false;
+    }
+    make_vertex(scene_, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
+    path.length += hit->t;
+    const float chance = pass_chance(vertex.bsdf);
+    if (chance < 1 && (chance == 0 || random() >= chance)) {
+      path.weight /= 1 - chance;
+      return true;
+    }
+    path.weight *= vertex.bsdf.transparency / chance;
+    path.origin = hit->position, path.clearance = hit->clearance;
+    path.t_max -= hit->t;
+  }
+  ++tally.depth_capped;
+  return false;
+}
+
+// On by the followed lobes: a mirror, glass. At the first vertex all of them, if they are few and exact, as both Fresnel branches of
+// glass matter to the picture; later one, by its albedo.
+bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
+  const Bsdf& bsdf = vertex.bsdf;
+  if (!(bsdf.events() & followed)) return false;
+  int lobes = 0;
+  bool all_delta = true;
+  for (int i = 0; i < bsdf.count; ++i)
+    if (bsdf.lobes[i].event == Event::S) ++lobes, all_delta = all_delta && bsdf.lobes[i].delta;
+  if (path.depth == 0 && lobes > 1 && all_delta && branch_count_ + lobes <= split_budget) {
+    for (int i = 0; i < bsdf.count; ++i) {
+      if (bsdf.lobes[i].event != Event::S) continue;
+      if (const auto sample = sample_lobe(bsdf, i, vertex.point.wo, pair(path, 1))) {
+        branches_[branch_count_] = path;
+        take_lobe(branches_[branch_count_++], vertex, *sample);
+      }
+    }
+    return false;
+  }
+  const auto sample = sluice::sample(bsdf, vertex.point.wo, pair(path, 0).x, pair(path, 1), followed);
+  if (!sample) return false;
+  path.throughput *= average(sample->weight);
+  if (path.depth + 1 >= roulette_starts) {
+    const float survival = std::min(max_survival, path.throughput);
+    if (!(pair(path, 0).y < survival)) return false;
+    path.weight /= survival, path.throughput /= survival;
+  }
+  take_lobe(path, vertex, *sample);
+  return !is_black(path.weight);
+}
+
+void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample) {
+  path.weight *= sample.weight / square(sample.eta);  // radiance scales by (η_to/η_from)², light flowing towards the eye
+  path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.direction = sample.wi;
+  path.t_max = std::numeric_limits<double>::infinity();
+  path.lobe_pdf = sample.delta ? 0 : sample.pdf;
+  path.lobe_origin = vertex.hit.position, path.lobe_normal = lit_side(vertex.bsdf);
+  path.excluded_group = -1;
+  path.is_camera = false;
+  const EventClass event = scene_.edits().event_class(Event::S, scene_.entity(vertex.hit));
+  if (effects_.light_edits) path.joins = joins_.event(path.joins, event);
+  if (effects_.view_edits) path.state = states_.next(path.state, event);
+  ++path.depth;
+}
+
+float ViewTracer::radius_at(double footprint, float factor) const noexcept {
+  // Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+  const auto extent = static_cast<float>(scene_.extent());
+  return std::clamp(factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent) * radius_scale_;
+}
+
+}  // namespace sluice

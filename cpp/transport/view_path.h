@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// View paths, backward from the eye: what one pixel sample sees, by the four estimators of design §5. Edits hold on every segment:
+// shadow and gather segments ask the light edits by the C rule (join.h), view segments take both continuations at an exit (straight on,
+// and backward through it to its entry), view edits capture the view path itself. The light side of the same rules is light_path.h.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "transport/density.h"
+#include "transport/film.h"
+#include "transport/join.h"
+#include "transport/light_path.h"
+#include "transport/pass.h"
+
+namespace sluice {
+
+struct ViewPath {
+  V3d origin;
+  V3f direction;
+  V3f clearance{0};
+  double t_max = std::numeric_limits<double>::infinity();
+  Color weight{1};          // radiance factor from the eye, since the last hue gate
+  int hue = -1;             // the hue gates met, list in ViewTracer
+  int joins = Joins::all;   // C
+  StateId state = 0;        // of the view edits' automata
+  float throughput = 1;     // of materials alone, for roulette
+  int depth = 0;            // D, S, G events so far
+  int gates = 0;
+  int excluded_group = -1;  // plane group that the segment starts on
+  int own_entry = -1;       // just came backward out of this light edit's entry: the entry's plane comes first
+  int at_edit = -1, at_exit = 0;  // just left this exit of a view edit: entries in its plane come first
+  float width = 0, spread = 0;    // footprint of a pixel: width + spread · length
+  double length = 0;
+  float lobe_pdf = 0;             // with which the last followed lobe made the direction, for MIS; 0: by no chance (delta, camera, gate)
+  V3d lobe_origin{0};             // where that was
+  V3f lobe_normal{0};             // what choose_light was asked with there
+  bool is_camera = true;          // no event yet: sees what the camera sees
+};
+
+// What traces view samples on one thread.
+class ViewTracer {
+ public:
+  ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()) {}
+
+  void start_pass(const PassContext& context, const PhotonSet& photons);
+  // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
+  [[nodiscard]] PixelSample trace(int x, int y, const Sampler& sampler, std::uint64_t key);
+  Tally tally;
+
+ private:
+  struct HueStep {
+    Color factor;  // from the eye to this gate
+    float angle;
+    int towards_eye;
+  };
+  struct LightSegment {  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
+    V3d origin;
+    V3f direction, normal;
+    float pdf;  // of the direction; 0: next-event estimation could not have made it
+    bool camera = false;
+  };
+
+  enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
+  struct Arm {                                                      // one kind of lobe of v through which gathered light reaches the eye
+    int joins;
+    Color weight;
+  };
+  struct Arms {
+    std::array<Arm, 2> arm;
+    int count = 0;
+  };
+
+  // the path (view_path.cpp)
+  void follow(ViewPath& path);
+  [[nodiscard]] bool next_vertex(ViewPath& path, Vertex& vertex);
+  void record_first(const Vertex* vertex) noexcept;
+  [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
+  void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
+  void add(Part part, const ViewPath& path, Color radiance) noexcept;
+
+  // gates on view segments (view_gates.cpp)
+  [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps);
+  [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
+  void meet_view_edit(const ViewPath& path, const Crossing& crossing);
+  void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
+  [[nodiscard]] bool go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& exit, float weight);
+  [[nodiscard]] bool may_take(const ViewPath& path, const Crossing& crossing) const noexcept;
+  [[nodiscard]] int pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
+  void apply_gate(ViewPath& path, const Passage& passage, float weight);
+
+  // estimators at v (view_light.cpp)
+  void direct_light(const ViewPath& path, const Vertex& v);
+  void close_density(const ViewPath& path, const Vertex& v);
+  void gather(const ViewPath& path, const Vertex& v);
+  [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
+  void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, Arms& arms);
+  void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, float radius);
+  void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
+  void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
+  void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
+  [[nodiscard]] static LightSegment segment_of(const ViewPath& path) noexcept { return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, path.is_camera}; }
+  [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept { return {{{{path.joins, Color(1)}, {}}}, 1}; }
+
+  [[nodiscard]] StateId light_state(int light) noexcept {
+    return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
+  }
+  [[nodiscard]] bool allows_photon(std::uint32_t q, int joins) noexcept;
+  [[nodiscard]] float radius_at(double footprint, float factor) const noexcept;
+  [[nodiscard]] double footprint(const ViewPath& path) const noexcept { return path.width + path.spread * path.length; }
+  [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
+  // Dimension pairs of the vertex at this depth.
+  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 6 * static_cast<std::uint32_t>(path.depth) + which); }
+
+  const Scene& scene_;
+  const TransportSettings& settings_;
+  const Effects& effects_;
+  const PhotonSet* photons_ = nullptr;
+  float radius_scale_ = 1;
+
+  StateTable states_;
+  std::vector<StateId> state_of_;        // a photon's q -> this thread's number
+  std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last
+  std::vector<std::uint8_t> memo_;
+  std::uint32_t memo_now_ = 0;
+  int memo_joins_ = Joins::all;
+
+  Sampler sampler_;
+  std::uint64_t key_ = 0, draws_ = 0;
+  PixelSample sample_;
+  bool recorded_ = false;
+  Joins joins_;
+  std::vector<HueStep> hues_;
+  std::vector<Crossing> crossings_, view_crossings_;
+  std::array<ViewPath, split_budget> branches_;
+  int branch_count_ = 0;
+  Vertex vertex_, far_;  // scratch: too large to copy about
+};
+
+}  // namespace sluice
