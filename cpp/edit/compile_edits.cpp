@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "edit/gates.h"
+
+namespace sluice {
+
+namespace {
+
+double largest_coordinate(const Box& box, const V3d& from) noexcept {
+  if (box.isEmpty()) return 0;
+  const V3d low = box.min - from, high = box.max - from;
+  return std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y), std::abs(high.z)});
+}
+
+void extend(Box& box, const QuadDescription& quad) {
+  if (const auto corners = quad_corners(quad))
+    for (const V3d& p : *corners) box.extendBy(p);
+}
+
+template <class F>
+void for_each_quad(const EditDescription& edit, const F& f) {
+  f(edit.entry);
+  for (const ExitDescription& exit : edit.exits) f(exit.quad);
+}
+
+// Diagonal of everything, against which quads are judged degenerate.
+double extent_of(std::span<const EditDescription> edits, Box box) {
+  for (const EditDescription& edit : edits)
+    if (edit.enabled) for_each_quad(edit, [&](const QuadDescription& q) { extend(box, q); });
+  return box.isEmpty() ? 0 : (box.max - box.min).length();
+}
+
+// Names of the edit's quads that are refused.
+std::vector<std::string> refused_quads(const EditDescription& edit, double extent) {
+  std::vector<std::string> names;
+  for_each_quad(edit, [&](const QuadDescription& q) {
+    if (!make_quad(q, V3d(0), extent)) names.push_back(q.name);
+  });
+  return names;
+}
+
+float checked(float value, float low, float high, float instead, const std::string& item, const char* what, Warnings& warnings) {
+  if (!std::isfinite(value)) {
+    warnings.push_back({item, std::string(what) + " is not a number; " + (instead == 0 ? "0" : "1") + " is used"});
+    return instead;
+  }
+  if (value < low || value > high) {
+    warnings.push_back({item, std::string(what) + " lies outside of its range and is clamped"});
+    return std::clamp(value, low, high);
+  }
+  return value;
+}
+
+}  // namespace
+
+Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds) {
+  const double extent = extent_of(edits, scene_bounds);
+  Box box;
+  for (const EditDescription& edit : edits)
+    if (edit.enabled && refused_quads(edit, extent).empty()) for_each_quad(edit, [&](const QuadDescription& q) { extend(box, q); });
+  return box;
+}
+
+class EditsBuilder {
+ public:
+  EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images, const EditSpace& space, Warnings& warnings)
+      : descriptions_(descriptions), images_(images), space_(space), warnings_(warnings) {}
+
+  Edits build(std::span<const Entity> entities, int max_gates) {
+    edits_.max_gates_ = max_gates;
+    read_edits();
+    place();
+    compile_expressions(entities);
+    index_quads();
+    return std::move(edits_);
+  }
+
+ private:
+  // Which edits act; disabled and refused ones leave no trace.
+  void read_edits() {
+    const double extent = extent_of(descriptions_, space_.bounds);
+    for (std::size_t i = 0; i < descriptions_.size(); ++i) {
+      const EditDescription& d = descriptions_[i];
+      if (!d.enabled) continue;
+      Expression expression = parse_expression(d.expression, d.entry.name);
+      const Side side = side_of(expression, d.entry.name);
+      if (const auto refused = refused_quads(d, extent); !refused.empty()) {
+        for (const std::string& name : refused) warnings_.push_back({name, "this quad has no area or its transform is not finite; its edit '" + d.entry.name + "' is off"});
+        continue;
+      }
+      if (edits_.edits_.size() == std::numeric_limits<std::uint16_t>::max()) throw SceneError(d.entry.name, "a scene has at most 65,535 edits; remove some");
+      expressions_.push_back(std::move(expression));
+      edits_.edits_.push_back(read_edit(i, side, extent));
+    }
+  }
+
+  Edit read_edit(std::size_t i, Side side, double extent) {
+    const EditDescription& d = descriptions_[i];
+    Edit e;
+    e.name = d.entry.name;
+    e.description = i;
+    e.side = side;
+    (side == Side::Light ? edits_.light_ : edits_.view_)++;
+    e.order = d.entry.order;
+    e.repeat = d.repeat;
+    e.amount = checked(d.amount, 0, 1, 1, e.name, "amount", warnings_);
+    e.feather = checked(d.feather, 0, 1, 0, e.name, "feather", warnings_);
+    e.is_partial = e.amount < 1 || e.feather > 0;
+    e.entry = *make_quad(d.entry, space_.centre, extent);
+    for (const ExitDescription& exit : d.exits) {
+      e.exits.push_back(read_exit(exit, e.entry.area, extent));
+      e.has_hue |= e.exits.back().hue_shift != 0;
+    }
+    if (d.exits.empty()) warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
+    return e;
+  }
+
+  Exit read_exit(const ExitDescription& d, double entry_area, double extent) {
+    Exit x;
+    x.quad = *make_quad(d.quad, space_.centre, extent);
+    x.name = d.quad.name;
+    x.intensity = checked(d.intensity, 0, max_intensity, 1, x.name, "intensity", warnings_);
+    x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);
+    // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on (design §4).
+    const double ratio = x.quad.area / entry_area;
+    if (!d.keep_brightness) {
+      x.radiance_ratio = static_cast<float>(1 / ratio);
+    } else if (ratio > static_cast<double>(max_area_ratio)) {
+      warnings_.push_back({x.name, "this exit is more than a million times larger than its entry; its light gets darker than keep_brightness says"});
+      x.area_ratio = max_area_ratio;
+      x.radiance_ratio = static_cast<float>(static_cast<double>(max_area_ratio) / ratio);
+    } else {
+      x.area_ratio = static_cast<float>(ratio);
+    }
+    x.intensity_texture = texture(d.intensity_texture, x.name, "intensity_texture");
+    x.hue_shift_texture = texture(d.hue_shift_texture, x.name, "hue_shift_texture");
+    x.normal_map = texture(d.normal_map, x.name, "normal_map");
+    return x;
+  }
+
+  // The edits keep copies of the images they use: a compiled scene does not point into its description.
+  int texture(int image, const std::string& exit, const char* what) {
+    if (image < 0) return -1;
+    const auto i = static_cast<std::size_t>(image);
+    if (i >= images_.size() || images_[i].empty()) {
+      const std::string name = i < images_.size() ? "the image '" + images_[i].name + "'" : std::string("the image");
+      warnings_.push_back({exit, name + " of " + what + " cannot be read; the exit's own number is used alone"});
+      return -1;
+    }
+    const auto [it, is_new] = image_numbers_.emplace(i, static_cast<int>(edits_.images_.size()));
+    if (is_new) edits_.images_.push_back(images_[i]);
+    return it->second;
+  }
+
+  // Design §2: δ from the quads' size and the scene's largest coordinate, then planes.
+  void place() {
+    Box quads;
+    for (const Edit& e : edits_.edits_) for_each_quad(descriptions_[e.description], [&](const QuadDescription& q) { extend(quads, q); });
+    if (quads.isEmpty()) return;
+    Box all = space_.bounds;
+    all.extendBy(quads);
+    const double m = largest_coordinate(quads, quads.center()), w = largest_coordinate(all, V3d(0));
+    edits_.delta_ = std::max(0x1p-17 * m, 0x1p-22 * w);
+
+    std::vector<Quad*> list;
+    for (Edit& e : edits_.edits_) {
+      list.push_back(&e.entry);
+      for (Exit& x : e.exits) list.push_back(&x.quad);
+    }
+    // Light from infinity starts outside of all bounds, hence the factor.
+    const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre));
+    edits_.groups_.resize(static_cast<std::size_t>(groups));
+    for (const Quad* q : list)
+      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) edits_.bounds_.extendBy(q->point(uv));
+  }
+
+  void compile_expressions(std::span<const Entity> entities) {
+    const auto entity_of = [](const EditDescription& d) {
+      Entity entity{{d.entry.name}};
+      entity.names.insert(entity.names.end(), d.collections.begin(), d.collections.end());
+      return entity;
+    };
+    std::vector<Rule> rules;
+    std::vector<Entity> gates, known;
+    for (std::size_t i = 0; i < edits_.edits_.size(); ++i) {
+      const Edit& e = edits_.edits_[i];
+      rules.push_back({e.name, &expressions_[i], e.repeat ? -1 : static_cast<int>(i), e.side == Side::View});
+      gates.push_back(entity_of(descriptions_[e.description]));
+    }
+    for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));  // one that is off still exists by name
+    warn_unknown_names(rules, entities, known, warnings_);
+    edits_.automata_ = compile_automata(rules, entities, gates);
+  }
+
+  void index_quads() {
+    for (int i = 0; i < edits_.size(); ++i) {
+      const Edit& e = edits_[i];
+      const std::size_t side = e.side == Side::Light ? 0 : 1;
+      const auto add = [&](int exit) {
+        const QuadId id{i, exit};
+        const Quad& q = edits_.quad(i, exit);
+        if (exit < 0) edits_.entries_[side].add(q, id);
+        edits_.quads_[side].add(q, id);
+        edits_.groups_[static_cast<std::size_t>(q.group)].push_back(id);
+      };
+      add(QuadId::entry);
+      for (int exit = 0; exit < static_cast<int>(e.exits.size()); ++exit) add(exit);
+    }
+    for (std::size_t side = 0; side < 2; ++side) {
+      edits_.entries_[side].build();
+      edits_.quads_[side].build();
+    }
+    for (auto& group : edits_.groups_)
+      std::sort(group.begin(), group.end(), [&](const QuadId& a, const QuadId& b) {
+        const auto key = [&](const QuadId& id) { return std::tuple(id.exit >= 0, edits_.quad(id.edit, id.exit).order, id.edit, id.exit); };
+        return key(a) < key(b);
+      });
+  }
+
+  std::span<const EditDescription> descriptions_;
+  std::span<const Image> images_;
+  const EditSpace& space_;
+  Warnings& warnings_;
+  std::vector<Expression> expressions_;  // [edit]
+  std::map<std::size_t, int> image_numbers_;
+  Edits edits_;
+};
+
+Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images, const EditSpace& space,
+                    int max_gates, Warnings& warnings) {
+  return EditsBuilder(descriptions, images, space, warnings).build(entities, max_gates);
+}
+
+}  // namespace sluice
