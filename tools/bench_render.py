@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside Blender for tools/bench.py: measures one task and appends its rows to a file, one JSON object per line.
+
+Sluice runs through its own session, so that the photons of a pass and the time of the core are known; Cycles through Blender's
+render operator. Usage: blender -b [FILE] --python tools/bench_render.py -- '{"task": …, "rows": FILE, …}'"""
+
+import json
+import os
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests/bench"))
+import box
+
+
+def sluice(scene, box_filter=False, **settings):
+    """One render by a session of the core: (image, progress, statistics)."""
+    from sluice import core, final
+
+    for item in scene.objects:
+        for modifier in item.modifiers:
+            if modifier.type == "SUBSURF":
+                modifier.levels = modifier.render_levels  # the depsgraph here is the viewport's
+    engine = SimpleNamespace(update_stats=lambda *_: None, test_break=lambda: False, camera_override=None, is_preview=False,
+                             resolution_x=scene.render.resolution_x, resolution_y=scene.render.resolution_y)  # fmt: skip
+    final.update(engine, bpy.data, bpy.context.evaluated_depsgraph_get())
+    if engine.job.failure:
+        raise engine.job.failure
+    engine.job.description["frame"]["filter_box"] = box_filter
+    session = core.new_session()
+    session.start(engine.job.description, {**engine.job.settings, **settings})
+    while not session.wait(0.05):
+        pass
+    progress = session.progress()
+    if progress["state"] == "failed":
+        raise final.core_failure(progress)
+    image = session.snapshot(["Combined"])["Combined"][..., :3].astype(np.float64)
+    return image, progress, session.statistics()
+
+
+def cycles(scene, samples, seed):
+    """One render by Cycles: (image, seconds of the render operator)."""
+    scene.render.engine = "CYCLES"
+    settings = scene.cycles
+    settings.samples, settings.seed, settings.use_denoising, settings.use_adaptive_sampling = samples, seed, False, False
+    settings.sample_clamp_indirect, settings.blur_glossy = 0, 0
+    settings.pixel_filter_type, settings.filter_width = "BOX", 1.0
+    settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = settings.transmission_bounces = 12
+    image = scene.render.image_settings
+    image.file_format, image.color_depth = "OPEN_EXR", "32"
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = os.path.join(folder, "image.exr")
+        start = time.monotonic()
+        bpy.ops.render.render()
+        seconds = time.monotonic() - start
+        bpy.data.images["Render Result"].save_render(scene.render.filepath, scene=scene)
+        loaded = bpy.data.images.load(scene.render.filepath)
+        pixels = np.empty(len(loaded.pixels), np.float32)
+        loaded.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(loaded.size[1], loaded.size[0], 4)[..., :3].astype(np.float64)
+        bpy.data.images.remove(loaded)
+    return pixels, seconds
+
+
+def write(task, **row):
+    with open(task["rows"], "a") as file:
+        file.write(json.dumps({"scene": task["scene"], **row}) + "\n")
+
+
+def error_rows(task, truth, scene, box_filter):
+    """Error against time of both renderers, for each amount of work and seed."""
+    for seed in range(task["seeds"]):
+        for passes in task["passes"]:
+            image, progress, _ = sluice(scene, box_filter, passes=passes, photons=task["photons"], seed=seed, time_limit=0.0, error_target=0.0)
+            error, trimmed, mean = box.relmse(image, truth)
+            write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=progress["seconds"], relmse=error, trimmed=trimmed, mean=mean,
+                  estimate=progress["error_estimate"])  # fmt: skip
+        for samples in task["samples"]:
+            image, seconds = cycles(scene, samples, seed)
+            error, trimmed, mean = box.relmse(image, truth)
+            write(task, renderer="Cycles", work=f"{samples} spp", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean)
+
+
+def speed_rows(task, scene):
+    """What a fixed number of passes costs, without and with edits."""
+    for use_edits in (False, True):
+        _, progress, statistics = sluice(scene, passes=task["passes"], photons=task["photons"], use_edits=use_edits, time_limit=0.0, error_target=0.0)
+        write(task, edits=use_edits, passes=progress["pass"], seconds=progress["seconds"], estimate=progress["error_estimate"],
+              core_memory=progress["memory"], peak_rss=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, statistics=statistics)  # fmt: skip
+
+
+def main(task):
+    if task["task"] == "box":
+        scene = box.build(task["lamp"])
+        error_rows(task, box.reference(task["lamp"]), scene, box_filter=True)
+    elif task["task"] == "speed":
+        speed_rows(task, bpy.context.scene)
+    else:
+        raise ValueError(f"no task {task['task']}")
+
+
+main(json.loads(sys.argv[sys.argv.index("--") + 1]))
