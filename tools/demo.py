@@ -24,6 +24,7 @@ def arguments():
     parser.add_argument("scenes", nargs="*", help=f"of {', '.join(SCENES)}; all if none is named")
     parser.add_argument("--out", type=Path, default=ROOT / "out/demo")
     parser.add_argument("--seconds", type=float, default=45, help="of rendering per picture (%(default)s)")
+    parser.add_argument("--percent", type=int, default=100, help="of the scenes' resolution (%(default)s)")
     parser.add_argument("--engine", default="SLUICE", help="CYCLES shows the unedited scenes for comparison")
     parsed = parser.parse_args()
     unknown = sorted(set(parsed.scenes) - set(SCENES))
@@ -49,7 +50,7 @@ def render(name: str, options) -> str | None:
     """Renders a scene in a Blender of its own; returns what went wrong, if something did."""
     log = options.out / f"{name}.log"
     command = ["blender", "--addons", "sluice", "-b", ROOT / f"blend_scenes/{name}.blend", "--python-exit-code", "1",
-               "--python", ROOT / "tools/demo_render.py", "--", options.out, str(options.seconds), options.engine]  # fmt: skip
+               "--python", ROOT / "tools/demo_render.py", "--", options.out, str(options.seconds), str(options.percent), options.engine]  # fmt: skip
     with open(log, "w") as file:
         process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, env={**os.environ, "SLUICE_PROGRESS_LOG": ""})
         shown = {}

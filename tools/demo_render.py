@@ -2,7 +2,7 @@
 """Runs inside Blender for tools/demo.py: renders the open scene without and with its edits, for the same time each.
 
 Leaves in the folder OUT, for NAME_without and NAME_with: .png, a multilayer .exr and the engine's progress (.jsonl); and NAME.json, which
-tells the edits. Usage: blender -b scene.blend --python tools/demo_render.py -- OUT SECONDS [ENGINE]"""
+tells the edits. Usage: blender -b scene.blend --python tools/demo_render.py -- OUT SECONDS PERCENT ENGINE"""
 
 import json
 import math
@@ -44,14 +44,14 @@ def render(scene, base, use_edits):
     return seconds
 
 
-def main(out, seconds, engine="SLUICE"):
+def main(out, seconds, percent, engine):
     scene = bpy.context.scene
     name = os.path.splitext(os.path.basename(bpy.data.filepath))[0]
-    scene.render.engine = engine
+    scene.render.engine, scene.render.resolution_percentage = engine, int(percent)
     scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes = float(seconds), 0, 1 << 16
     if engine == "CYCLES":
         scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, 1 << 16, float(seconds)
-    size = [scene.render.resolution_x, scene.render.resolution_y]
+    size = [side * int(percent) // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
     told = {"blender": bpy.app.version_string, "engine": engine, "edits": edits_of(scene), "resolution": size}
     for label, use_edits in (("without", False), ("with", True)):
         told[label + "_seconds"] = render(scene, os.path.join(out, f"{name}_{label}"), use_edits)
