@@ -21,8 +21,8 @@ class SluiceRenderEngine(bpy.types.RenderEngine):
         self.view = None
 
     def __del__(self):
-        final.free(self)
-        viewport.free(self)
+        # Blender may have freed its half already, so only the Python half is asked
+        viewport.free(object.__getattribute__(self, "__dict__").get("view"))
         parent = getattr(super(), "__del__", None)  # 5.0 has one and wants it called
         if parent is not None:
             parent()

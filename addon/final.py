@@ -178,8 +178,3 @@ def core_failure(progress):
     """The error a session ended with."""
     error = progress["error"] or {}
     return Failure(error.get("message") or progress["message"], error.get("item") or "", error.get("column"))
-
-
-def free(engine):
-    """The engine goes away: nothing of it may run on. (Its session is stopped by render itself.)"""
-    engine.job = None

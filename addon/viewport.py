@@ -128,7 +128,7 @@ def _fail(engine, error):
     engine.update_stats("Sluice", str(failure))
 
 
-def free(engine):
-    if getattr(engine, "view", None) is not None:
-        engine.view.stop()
-        engine.view = None
+def free(view):
+    """The engine goes away, or None: nothing of its view may run on."""
+    if view is not None:
+        view.stop()

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inside Blender (run.py): fixtures for a fresh file and the stand-in core. Outside: only the test that launches Blender."""
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+INSIDE = os.environ.get("SLUICE_INSIDE_BLENDER") == "1" and "bpy" in sys.modules
+
+collect_ignore = ["run.py", "gui", "fakes"] + (["test_outside.py"] if INSIDE else [])
+if not INSIDE:
+    collect_ignore_glob = ["test_[!o]*.py", "test_o[!u]*.py"]
+
+
+@pytest.fixture(autouse=INSIDE)
+def empty_file():
+    """Each test starts in an empty file with the add-on's engine."""
+    import bpy
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.context.scene.render.engine = 'SLUICE'
+
+
+@pytest.fixture
+def fake_core(monkeypatch):
+    """The stand-in core, as the add-on's core module for one test."""
+    import sluice.core
+    spec = importlib.util.spec_from_file_location("sluice.sluice_core", HERE / "fakes" / "sluice_core.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setitem(sys.modules, "sluice.sluice_core", module)
+    return module
+
+
+@pytest.fixture
+def new_object():
+    """new_object('Cube', data, matrix): an object linked to the scene."""
+    import bpy
+
+    def make(name, data=None, matrix=None, collection=None):
+        item = bpy.data.objects.new(name, data)
+        (collection or bpy.context.scene.collection).objects.link(item)
+        if matrix is not None:
+            item.matrix_world = matrix
+        return item
+
+    return make
+
+
+@pytest.fixture
+def cube_mesh():
+    """A cube of side 2 round the origin, with a UV map."""
+    import bmesh
+    import bpy
+
+    def make(name="Cube"):
+        mesh = bpy.data.meshes.new(name)
+        shape = bmesh.new()
+        shape.loops.layers.uv.new("UVMap")
+        bmesh.ops.create_cube(shape, size=2, calc_uvs=True)
+        shape.to_mesh(mesh)
+        shape.free()
+        return mesh
+
+    return make
+
+
+@pytest.fixture
+def camera(new_object):
+    """An active camera that looks down on the origin."""
+    import bpy
+    from mathutils import Matrix
+    item = new_object("Camera", bpy.data.cameras.new("Camera"), Matrix.Translation((0, 0, 5)))
+    bpy.context.scene.camera = item
+    return item
+
+
+@pytest.fixture
+def export_now():
+    """export_now(): (description, warnings) of the open file as the final render copies it."""
+    import bpy
+    from sluice import export
+    from sluice.export.camera import export_frame
+    from sluice.export.names import Names
+
+    def run():
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        context = export.Context(Names(bpy.data.collections))
+        frame = export_frame(64, 48, bpy.context.scene.render)
+        return export.export_scene(depsgraph, {}, frame, context), context.warnings
+
+    return run
+
+
+@pytest.fixture
+def launch(tmp_path):
+    """launch(args): another Blender with the add-on and the stand-in core, in background."""
+    import bpy
+
+    def run(*args, core=HERE / "fakes"):
+        environment = dict(os.environ, SLUICE_CORE=str(core))
+        command = [bpy.app.binary_path, "--factory-startup", "-Y", "-b", "--addons", "sluice", *map(str, args)]
+        return subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+
+    return run
