@@ -14,11 +14,11 @@ constexpr int roulette_starts = 4;
 
 void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out) {
   key_ = key, draws_ = 0;
-  tally.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
+  counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
-  tally.ledger.emitted += luminance(start.flux);
-  ++tally.photon_paths;
+  counts.ledger.emitted += luminance(start.flux);
+  ++counts.photon_paths;
   branches_[0] = start;
   branch_count_ = 1;
   Vertex vertex;
@@ -44,9 +44,9 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   }
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
-    ++tally.rays;
+    ++counts.rays;
     if (!states_.taking(path.q).empty()) {  // else the segment asks nothing
-      ++tally.edit_queries;
+      ++counts.edit_queries;
       const Segment segment{path.origin, V3d(path.direction), 0, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
       if (const auto crossing = edits.first_taken(states_, path.q, segment)) {
         pass_gate(path, *crossing);
@@ -54,7 +54,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
       }
     }
     if (!hit) {
-      tally.ledger.escaped += luminance(path.flux);
+      counts.ledger.escaped += luminance(path.flux);
       return false;
     }
     make_vertex(scene_, *hit, -path.direction, false, Carries::Flux, vertex);
@@ -62,32 +62,32 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     if (chance == 0) return true;
     const double before = luminance(path.flux), straight = luminance(path.flux * vertex.bsdf.transparency);
     if (chance < 1) {  // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed
-      tally.ledger.absorbed -= straight;
+      counts.ledger.absorbed -= straight;
       const bool stays = random() >= chance;
       path.flux = stays ? path.flux / (1 - chance) : path.flux * vertex.bsdf.transparency / chance;
-      tally.ledger.sampling += luminance(path.flux) - before - straight;
+      counts.ledger.sampling += luminance(path.flux) - before - straight;
       if (stays) return true;
     } else {
-      tally.ledger.absorbed += before - straight;
+      counts.ledger.absorbed += before - straight;
       path.flux *= vertex.bsdf.transparency;
     }
     path.origin = hit->position, path.clearance = hit->clearance;
   }
-  tally.ledger.capped += luminance(path.flux);
-  ++tally.depth_capped;
+  counts.ledger.capped += luminance(path.flux);
+  ++counts.depth_capped;
   return false;
 }
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
 void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noexcept {
   const Edit& edit = scene_.edits()[crossing.edit];
-  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   const double energy = luminance(path.flux);
   ++count.matched;
   count.energy_in += energy;
   if (states_.at_cap(path.q)) {
-    ++count.capped, ++tally.gates_capped;
-    tally.ledger.capped += energy;
+    ++count.capped, ++counts.gates_capped;
+    counts.ledger.capped += energy;
     return;
   }
   const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
@@ -97,7 +97,7 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
     for (int exit = 0; exit < exits; ++exit) push_copy(path, crossing, exit, taken);
     if (taken < 1) push_copy(path, crossing, straight_on, 1 - taken);
   } else {
-    ++tally.split_capped;
+    ++counts.split_capped;
     const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
     const auto weight = static_cast<float>(copies);
     if (chosen < exits)
@@ -106,19 +106,19 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
       push_copy(path, crossing, straight_on, (1 - taken) * weight);
   }
   const double gained = count.energy_out - before - energy;
-  (gained > 0 ? tally.ledger.added : tally.ledger.removed) += std::abs(gained);
+  (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }
 
 void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
   const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
   if (!passage) {
-    ++tally.grazing_dropped;
+    ++counts.grazing_dropped;
     return;
   }
   LightPath& copy = branches_[branch_count_] = path;
   copy.flux = apply_hue(path.flux * (passage->gain * weight), passage->hue);
   if (!is_finite(copy.flux)) {
-    ++tally.non_finite;
+    ++counts.non_finite;
     return;
   }
   copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0);
@@ -127,7 +127,7 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
   copy.excluded_group = passage->group;
   copy.at_edit = crossing.edit, copy.at_exit = exit;
   ++branch_count_;
-  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   ++count.moved;
   count.energy_out += luminance(copy.flux);
 }
@@ -144,7 +144,7 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.arrival_and_gates = static_cast<std::uint8_t>(static_cast<unsigned>(arrival) | (static_cast<unsigned>(std::min(states_.gates(path.q), 63)) << 2));
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));
   out.push_back(photon);
-  ++tally.photons_stored;
+  ++counts.photons_stored;
 }
 
 // On by one lobe, with the weight of that lobe. False: absorbed.
@@ -152,15 +152,15 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   const Bsdf& bsdf = vertex.bsdf;
   const double before = luminance(path.flux);
   if (path.depth + 1 >= settings_.max_depth) {  // the next vertex would have no event left
-    tally.ledger.capped += before;
-    ++tally.depth_capped;
+    counts.ledger.capped += before;
+    ++counts.depth_capped;
     return false;
   }
   float total = 0;
   for (int i = 0; i < bsdf.count; ++i) total += bsdf.lobes[i].choice;
   const double expected = luminance(path.flux * albedo(bsdf, vertex.point.wo, any_lobe));
-  tally.ledger.absorbed += before - expected;
-  const auto lose = [&](double sampled) { tally.ledger.sampling += sampled - expected; };
+  counts.ledger.absorbed += before - expected;
+  const auto lose = [&](double sampled) { counts.ledger.sampling += sampled - expected; };
   if (!(total > 0)) return lose(0), false;
 
   const std::uint32_t pair = emission_pairs + 2 * static_cast<std::uint32_t>(path.depth);
@@ -181,12 +181,12 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   }
   const float factor = adjoint_factor(bsdf, lobe, vertex.point.wo, sample->wi), clamped = std::min(factor, max_adjoint);
   path.flux *= weight;
-  tally.ledger.clamped += luminance(path.flux) * (factor - clamped);
+  counts.ledger.clamped += luminance(path.flux) * (factor - clamped);
   lose(luminance(path.flux) * factor);
   path.flux *= clamped;
-  if (clamped < factor) ++tally.adjoint_clamped;
+  if (clamped < factor) ++counts.adjoint_clamped;
   if (!is_finite(path.flux)) {
-    ++tally.non_finite;
+    ++counts.non_finite;
     return false;
   }
   if (is_black(path.flux)) return false;

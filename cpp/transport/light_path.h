@@ -10,7 +10,7 @@
 #include "transport/effects.h"
 #include "transport/emission.h"
 #include "transport/photon.h"
-#include "transport/tally.h"
+#include "transport/counts.h"
 #include "transport/vertex.h"
 
 namespace sluice {
@@ -39,7 +39,7 @@ class LightTracer {
   void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out);
 
   [[nodiscard]] StateTable& states() noexcept { return states_; }
-  Tally tally;
+  Counts counts;
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;

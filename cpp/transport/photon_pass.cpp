@@ -15,16 +15,16 @@ PhotonPass::PhotonPass(const Scene& scene, const TransportSettings& settings, co
   for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects);
 }
 
-bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Tally& tally) {
+bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts) {
   const int paths = std::max(context.settings.photons, 1);
   const auto chunk_count = static_cast<std::size_t>((paths + paths_per_chunk - 1) / paths_per_chunk);
-  chunks_.resize(chunk_count), chunk_thread_.assign(chunk_count, 0), chunk_tally_.assign(chunk_count, {});
+  chunks_.resize(chunk_count), chunk_thread_.assign(chunk_count, 0), chunk_counts_.assign(chunk_count, {});
   const std::uint64_t key = key_of(context.settings.seed, Purpose::Photons, static_cast<std::uint64_t>(context.pass));
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::PhotonChoices, static_cast<std::uint64_t>(context.pass));
 
   pool.parallel_for(chunk_count, [&](std::size_t c, int thread) {
     LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
-    tracer.tally = {};
+    tracer.counts = {};
     chunks_[c].clear();
     chunk_thread_[c] = thread;
     const int end = std::min(paths, static_cast<int>(c + 1) * paths_per_chunk);
@@ -33,10 +33,10 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
       if (const auto photon = emit_photon(context.scene, context.guide, sampler))
         tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler, mix(choices, static_cast<std::uint64_t>(path)), chunks_[c]);
     }
-    chunk_tally_[c] = tracer.tally;
+    chunk_counts_[c] = tracer.counts;
   });
   if (cancel) return false;
-  for (const Tally& t : chunk_tally_) tally += t;
+  for (const Counts& t : chunk_counts_) counts += t;
 
   number_states(photons, pool);
   const float shrink = radius_scale(context.pass);

@@ -15,7 +15,7 @@ class PhotonPass {
   PhotonPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads);
 
   // Traces settings.photons paths and fills `photons`. False: cancelled, the result is of no use.
-  [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Tally& tally);
+  [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts);
 
   // The photons of the last run by chunk, in path order (for the pilot and tests).
   [[nodiscard]] const std::vector<std::vector<Photon>>& chunks() const noexcept { return chunks_; }
@@ -26,7 +26,7 @@ class PhotonPass {
   std::vector<LightTracer> tracers_;  // per thread
   std::vector<std::vector<Photon>> chunks_;
   std::vector<int> chunk_thread_;     // who traced it: whose numbers its states have
-  std::vector<Tally> chunk_tally_;
+  std::vector<Counts> chunk_counts_;
 };
 
 }  // namespace sluice

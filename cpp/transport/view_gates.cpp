@@ -12,7 +12,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span
   Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
   std::optional<Crossing> capture;
   if (effects_.view_edits && !states_.taking(path.state).empty()) {
-    ++tally.edit_queries;
+    ++counts.edit_queries;
     capture = edits.first_taken(states_, path.state, segment);
     if (capture) segment.t_max = capture->t;
   }
@@ -24,7 +24,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span
       }
   };
   if (effects_.light_edits) {
-    ++tally.edit_queries;
+    ++counts.edit_queries;
     edits.crossings(Side::Light, segment, {}, crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;
@@ -53,7 +53,7 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   int ways = 0;
   for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
   if (ways > 0 && branch_count_ + ways > split_budget) {
-    ++tally.split_capped;
+    ++counts.split_capped;
     const int chosen = std::min(static_cast<int>(random() * static_cast<float>(ways + 1)), ways);
     const auto boost = static_cast<float>(ways + 1);
     for (int left = chosen; const Crossing& c : plane)
@@ -98,7 +98,7 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
   else
     passage = scene_.edits().backward(crossing.edit, crossing.exit, crossing.uv, path.direction);
   if (!passage) {
-    ++tally.grazing_dropped;
+    ++counts.grazing_dropped;
     return false;
   }
   path.length += crossing.t;
@@ -111,10 +111,10 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
 // A view edit takes the path: every exit shows its place (paper §4.3), so copies add.
 void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) {
   const Edit& edit = scene_.edits()[crossing.edit];
-  EditTally& count = tally.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   ++count.matched;
   if (path.gates >= settings_.max_gates) {
-    ++count.capped, ++tally.gates_capped;
+    ++count.capped, ++counts.gates_capped;
     return;
   }
   const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
@@ -123,7 +123,7 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
     for (int exit = 0; exit < exits; ++exit) push_view_copy(path, crossing, exit, taken);
     if (taken < 1) push_view_copy(path, crossing, straight_on, 1 - taken);
   } else {
-    ++tally.split_capped;
+    ++counts.split_capped;
     const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
     const float each = static_cast<float>(copies) * (chosen < exits ? taken : 1 - taken);
     push_view_copy(path, crossing, chosen < exits ? chosen : straight_on, each);
@@ -133,7 +133,7 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
 void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight) {
   const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
   if (!passage) {
-    ++tally.grazing_dropped;
+    ++counts.grazing_dropped;
     return;
   }
   ViewPath& copy = branches_[branch_count_] = path;
@@ -144,7 +144,7 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
   apply_gate(copy, *passage, weight);
   if (is_black(copy.weight)) return;
   ++branch_count_;
-  ++tally.edits[static_cast<std::size_t>(crossing.edit)].moved;
+  ++counts.edits[static_cast<std::size_t>(crossing.edit)].moved;
 }
 
 void ViewTracer::apply_gate(ViewPath& path, const Passage& passage, float weight) {

@@ -53,7 +53,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
 
   Color visible(1);
   if (light.casts_shadow) {
-    ++tally.shadow_rays;
+    ++counts.shadow_rays;
     visible = scene_.transmittance(ray_from(v.hit, sample->wi, sample->distance));
     if (is_black(visible)) return;
   }
@@ -61,7 +61,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
   if (effects_.light_edits) {
     q = light_state(choice->light);
     if (!states_.taking(q).empty()) {
-      ++tally.edit_queries;
+      ++counts.edit_queries;
       if (scene_.edits().any_taken(states_, q, {v.hit.position, V3d(sample->wi), 0, sample->distance, -1})) return;
     }
   }
@@ -92,11 +92,11 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const float radius = radius_at(footprint(path), settings_.caustic_radius_factor);
   const int room = settings_.max_depth - path.depth - 1;
   const auto estimate = [&](EventMask mask, int joins) {
-    ++tally.gathers;
+    ++counts.gathers;
     std::array<Color, arrival_count> sum{};
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
-      ++tally.photons_gathered;
+      ++counts.photons_gathered;
       if (path.hue >= 0)
         add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance);
       else
@@ -145,7 +145,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   bool arrived = false;
   for (int layer = 0; layer < max_alpha_layers && !arrived; ++layer) {
     const auto hit = scene_.intersect(ray);
-    ++tally.rays;
+    ++counts.rays;
     narrow(path, segment, length, length + (hit ? hit->t : ray.t_max), arms);
     if (!hit) return far_emission(path, segment, arms);
     make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, far_);
@@ -178,7 +178,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
     }
   };
   if (effects_.light_edits) {
-    ++tally.edit_queries;
+    ++counts.edit_queries;
     scene_.edits().crossings(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, {}, crossings_);
     for (const Crossing& crossing : crossings_) {
       if (crossing.exit != QuadId::entry) continue;
@@ -193,11 +193,11 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
   const auto estimate = [&](EventMask mask, int joins, const Color& weight) {
-    ++tally.gathers;
+    ++counts.gathers;
     Color sum(0);
     estimate_density(photons_->all, Receiver(y, mask), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
-      ++tally.photons_gathered;
+      ++counts.photons_gathered;
       if (path.hue >= 0)
         add(Part::Indirect, path, radiance * weight);
       else

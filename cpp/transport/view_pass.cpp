@@ -9,9 +9,9 @@ ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const 
 }
 
 bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,
-                   std::mutex& film_lock, Tally& tally) {
+                   std::mutex& film_lock, Counts& counts) {
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
-  tile_tally_.assign(static_cast<std::size_t>(film.tile_count()), {});
+  tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
   const FrameDescription& frame = context.scene.frame();
   // Sobol' points are dealt to 4 streams; inside one, the index counts (indices = stream mod 4 of one sequence would not converge).
   const int stream = context.pass % stream_count, index = context.pass / stream_count;
@@ -21,8 +21,8 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     std::vector<PixelSample>& samples = samples_[static_cast<std::size_t>(thread)];
     samples.clear();
-    tracer.tally = {};
-    tracer.tally.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
+    tracer.counts = {};
+    tracer.counts.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
     const Film::Box box = film.box(static_cast<int>(t));
     for (int y = box.y0 + frame.y0; y < box.y1 + frame.y0; ++y)
       for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
@@ -30,11 +30,11 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
         const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
         samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
       }
-    tile_tally_[t] = tracer.tally;
+    tile_counts_[t] = tracer.counts;
     const std::lock_guard lock(film_lock);
     film.add_tile(static_cast<int>(t), context.pass, samples);
   });
-  for (const Tally& t : tile_tally_) tally += t;
+  for (const Counts& t : tile_counts_) counts += t;
   return !cancel;
 }
 

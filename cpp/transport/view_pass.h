@@ -15,12 +15,12 @@ class ViewPass {
 
   // Adds the pass to `film`, which covers the border; `film_lock` is held while a tile is added. False: cancelled, some tiles are missing.
   [[nodiscard]] bool run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,
-                         std::mutex& film_lock, Tally& tally);
+                         std::mutex& film_lock, Counts& counts);
 
  private:
   std::vector<ViewTracer> tracers_;  // per thread
   std::vector<std::vector<PixelSample>> samples_;
-  std::vector<Tally> tile_tally_;
+  std::vector<Counts> tile_counts_;
 };
 
 }  // namespace sluice

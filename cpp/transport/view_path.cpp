@@ -16,8 +16,8 @@ constexpr int max_lamps = 16;      // lamps with a shape on one segment
 void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
   photons_ = &photons;
   radius_scale_ = radius_scale(context.pass);
-  tally = {};
-  tally.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
+  counts = {};
+  counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   state_of_.clear();
   for (const auto& content : photons.states) state_of_.push_back(states_.intern(content));
   memo_mark_.assign(photons.states.size(), 0);
@@ -34,7 +34,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
   path.width = camera.width, path.spread = camera.spread;
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
-  ++tally.view_paths;
+  ++counts.view_paths;
   branches_[0] = path;
   branch_count_ = 1;
   while (branch_count_ > 0) {
@@ -53,7 +53,7 @@ void ViewTracer::add(Part part, const ViewPath& path, Color radiance) noexcept {
   if (is_finite(radiance))
     sample_.parts[static_cast<std::size_t>(part)] += radiance;
   else
-    ++tally.non_finite;
+    ++counts.non_finite;
 }
 
 void ViewTracer::follow(ViewPath& path) {
@@ -101,7 +101,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     }
     const Ray ray{path.origin, path.direction, path.t_max, path.clearance, path.is_camera};
     const auto hit = scene_.intersect(ray);
-    ++tally.rays;
+    ++counts.rays;
     const double t_end = hit ? hit->t : path.t_max;
     std::array<LampHit, max_lamps> found;
     const std::span lamps(found.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, found)));
@@ -123,7 +123,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     path.origin = hit->position, path.clearance = hit->clearance;
     path.t_max -= hit->t;
   }
-  ++tally.depth_capped;
+  ++counts.depth_capped;
   return false;
 }
 

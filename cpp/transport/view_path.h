@@ -45,7 +45,7 @@ class ViewTracer {
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
   [[nodiscard]] PixelSample trace(int x, int y, const Sampler& sampler, std::uint64_t key);
-  Tally tally;
+  Counts counts;
 
  private:
   struct HueStep {

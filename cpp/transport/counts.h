@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a pass counts beside its image: the energy ledger (design §4), traffic through the edits, work done, everything dropped or
-// capped. One tally per piece of work, added up in the order of the pieces, so the sums do not depend on threads.
+// capped. One set per piece of work, added up in the order of the pieces, so the sums do not depend on threads.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -21,28 +21,28 @@ struct Ledger {
   [[nodiscard]] double residual() const noexcept { return emitted + added + sampling - absorbed - escaped - removed - capped - clamped; }
 };
 
-struct EditTally {
+struct EditCounts {
   std::uint64_t crossed = 0;  // entry crossings by light paths in a state that was asked about
   std::uint64_t matched = 0;  // taken by the entry
   std::uint64_t moved = 0;    // copies sent on by exits
   std::uint64_t capped = 0;   // absorbed at max_gates
   double energy_in = 0, energy_out = 0;
 
-  void operator+=(const EditTally& o) noexcept {
+  void operator+=(const EditCounts& o) noexcept {
     crossed += o.crossed, matched += o.matched, moved += o.moved, capped += o.capped;
     energy_in += o.energy_in, energy_out += o.energy_out;
   }
 };
 
-struct Tally {
+struct Counts {
   Ledger ledger;
-  std::vector<EditTally> edits;
+  std::vector<EditCounts> edits;
   std::uint64_t rays = 0, shadow_rays = 0, photon_paths = 0, photons_stored = 0, view_paths = 0, gathers = 0, photons_gathered = 0;
   std::uint64_t edit_queries = 0;  // segments that asked the edits
   // dropped or capped, never silently
   std::uint64_t non_finite = 0, adjoint_clamped = 0, depth_capped = 0, gates_capped = 0, split_capped = 0, grazing_dropped = 0, steps_capped = 0;
 
-  void operator+=(const Tally& o) {
+  void operator+=(const Counts& o) {
     ledger += o.ledger;
     if (edits.size() < o.edits.size()) edits.resize(o.edits.size());
     for (std::size_t i = 0; i < o.edits.size(); ++i) edits[i] += o.edits[i];

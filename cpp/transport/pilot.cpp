@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/pilot.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "transport/density.h"
+#include "transport/light_path.h"
+#include "transport/pass.h"
+
+namespace sluice {
+namespace {
+
+constexpr float own_share = 0.25f;     // least share of a light's own distribution (design §5)
+constexpr float close_share = 0.5f;    // of the photons of a light go towards what sends them on to caustics and edits
+constexpr float seen_share = 0.25f;    // towards what the camera sees, if most photons miss it
+constexpr std::size_t most_targets = 64;
+constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
+
+// What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
+class VisibleCells {
+ public:
+  explicit VisibleCells(double extent) : inverse_cell_(static_cast<float>(1 / (0.04 * extent))) {}
+  void add(const V3d& p) {
+    cells_.insert(key(p));
+    points_.push_back(p);
+  }
+  [[nodiscard]] bool contains(const V3f& p) const { return cells_.contains(key(V3d(p))); }
+  [[nodiscard]] bool empty() const noexcept { return points_.empty(); }
+
+  // A sphere around all but the outermost 2 % of the points.
+  [[nodiscard]] Target sphere() const {
+    V3d middle(0);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> x;
+      for (const V3d& p : points_) x.push_back(p[axis]);
+      std::ranges::sort(x);
+      middle[axis] = 0.5 * (x[x.size() / 100] + x[x.size() - 1 - x.size() / 100]);
+    }
+    std::vector<double> distance;
+    for (const V3d& p : points_) distance.push_back((p - middle).length());
+    std::ranges::sort(distance);
+    return {middle, static_cast<float>(distance[distance.size() * 98 / 100])};
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t key(const V3d& p) const noexcept {
+    const auto cell = [this](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * inverse_cell_)) & 0x1fffff); };
+    return cell(p.x) | (cell(p.y) << 21) | (cell(p.z) << 42);
+  }
+  float inverse_cell_;
+  std::unordered_set<std::uint64_t> cells_;
+  std::vector<V3d> points_;
+};
+
+// Camera rays through mirrors and glass to v, and one diffuse segment on to y.
+VisibleCells look_around(const Scene& scene, const TransportSettings& settings, float& mean_footprint) {
+  VisibleCells seen(scene.extent());
+  const FrameDescription& frame = scene.frame();
+  double footprints = 0;
+  int count = 0;
+  Vertex vertex;
+  for (int i = 0; i < view_samples; ++i) {
+    const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 0), static_cast<std::uint32_t>(i));
+    const V2f pixel = sampler.pair(0);
+    const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
+    Ray ray = camera.ray;
+    double length = 0;
+    bool ended = false;
+    for (std::uint32_t depth = 0; depth < 12 && !ended; ++depth) {
+      const auto hit = scene.intersect(ray);
+      if (!hit) break;
+      make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
+      length += hit->t;
+      V3f onward = ray.direction;
+      if (vertex.bsdf.events() & gathering) {
+        seen.add(hit->position);
+        footprints += camera.width + camera.spread * length;
+        ++count, ended = true;
+        onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
+        if (const auto far = scene.intersect(ray_from(*hit, onward))) seen.add(far->position);
+      } else if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed)) {
+        onward = sample->wi;
+      } else if (is_black(vertex.bsdf.transparency)) {
+        break;
+      }
+      ray = ray_from(*hit, onward);
+    }
+  }
+  mean_footprint = count > 0 ? static_cast<float>(footprints / count) : 0;
+  return seen;
+}
+
+bool is_specular(const Scene& scene, std::uint32_t instance) {
+  return std::ranges::any_of(scene.instance_materials(instance), [&](std::uint32_t m) { return scene.materials()[m].has_lobes(followed); });
+}
+
+Target sphere_around(const Quad& quad) {
+  const V3d middle = quad.point({0.5, 0.5});
+  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
+  return {middle, static_cast<float>(0.5001 * diagonal)};
+}
+
+// What paths towards each target brought, and what all of them brought.
+struct Yield {
+  std::vector<double> close;   // per target: useful light that arrived by mirrors, glass or exits
+  double seen = 0, all = 0;    // luminous flux stored where the camera looks, and anywhere
+
+  void operator+=(const Yield& o) {
+    close.resize(std::max(close.size(), o.close.size()));
+    for (std::size_t i = 0; i < o.close.size(); ++i) close[i] += o.close[i];
+    seen += o.seen, all += o.all;
+  }
+};
+
+class Pilot {
+ public:
+  Pilot(const Scene& scene, const TransportSettings& settings, const Effects& effects, ThreadPool& pool, const std::atomic<bool>& cancel)
+      : scene_(scene), settings_(settings), effects_(effects), pool_(pool), cancel_(cancel) {
+    for (int t = 0; t < pool.size(); ++t) tracers_.emplace_back(scene, settings, effects);
+  }
+
+  Guide run() {
+    Guide guide;
+    float footprint = 0;
+    const VisibleCells seen = look_around(scene_, settings_, footprint);
+    const auto extent = static_cast<float>(scene_.extent());
+    guide.radius = 0.02f * extent;  // y is as a rule far from v, so its footprint is at the upper bound
+    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * footprint, 1e-5f * extent, 0.02f * extent);
+    if (!effects_.photons()) return guide;
+    for (std::uint32_t i = 0; i < scene_.instance_count(); ++i)
+      if (is_specular(scene_, i) && guide.targets.size() < most_targets / 2) {
+        const Bounds& b = scene_.instance_bounds(i);
+        guide.targets.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
+      }
+    find_entries(guide);
+    const int seen_target = seen.empty() ? -1 : static_cast<int>(guide.targets.size());
+    if (seen_target >= 0) guide.targets.push_back(seen.sphere());
+
+    std::vector<float> power;
+    for (const Light& light : scene_.lights()) power.push_back(light.power);
+    guide.lights = Distribution(power);
+    std::vector<float> even(guide.targets.size() + 1, 0.5f / static_cast<float>(std::max<std::size_t>(guide.targets.size(), 1)));
+    even[0] = 0.5f;
+    guide.strategies.assign(power.size(), Distribution(even));
+    if (!guide.lights.empty()) share_out(guide, seen, seen_target, power);
+    return guide;
+  }
+
+ private:
+  // Entries become targets only if light that an entry takes was really met: else the guide, and so the image, is that of no edit.
+  void find_entries(Guide& guide) {
+    const Edits& edits = scene_.edits();
+    const auto lights = static_cast<int>(scene_.lights().size());
+    if (!effects_.light_edits || lights == 0) return;
+    const int paths = std::max(16, pilot_paths / (edits.size() * lights));
+    for (int e = 0; e < edits.size() && guide.targets.size() + 1 < most_targets && !cancel_; ++e) {
+      if (edits[e].side != Side::Light || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
+      Guide aim;
+      aim.targets = {sphere_around(edits[e].entry)};
+      const float towards[] = {0, 1};
+      aim.strategies.assign(static_cast<std::size_t>(lights), Distribution(towards));
+      LightTracer& tracer = tracers_[0];
+      tracer.counts = {};
+      tracer.counts.edits.resize(static_cast<std::size_t>(edits.size()));
+      for (int light = 0; light < lights && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++light) {
+        std::vector<float> only(static_cast<std::size_t>(lights), 0.0f);
+        only[static_cast<std::size_t>(light)] = 1;
+        aim.lights = Distribution(only);
+        std::vector<Photon> photons;
+        for (int path = 0; path < paths && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++path) {
+          const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 1, static_cast<std::uint64_t>(light)), static_cast<std::uint32_t>(path));
+          photons.clear();
+          if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
+        }
+      }
+      if (tracer.counts.edits[static_cast<std::size_t>(e)].moved > 0) guide.targets.push_back(aim.targets[0]);
+    }
+  }
+
+  // Traces the pilot's photons and turns what they brought into the shares of lights and targets.
+  void share_out(Guide& guide, const VisibleCells& seen, int seen_target, const std::vector<float>& power) {
+    const std::vector<Yield> yields = trace(guide, seen);
+    std::vector<float> share;
+    for (std::size_t l = 0; l < yields.size(); ++l) {
+      const Yield& yield = yields[l];
+      // A light that the pilot did not see at work may still matter: a tenth of the photons follow power alone.
+      share.push_back(static_cast<float>(yield.seen + 0.1 * yield.all) + 0.1f * power[l] * static_cast<float>(std::min(1.0, total_ / std::max(guide.lights.total(), 1e-30))));
+      std::vector<float> weights(guide.targets.size() + 1, 0.0f);
+      double close = 0;
+      for (const double c : yield.close) close += c;
+      const bool misses = seen_target >= 0 && yield.all > 0 && yield.seen < 0.5 * yield.all;
+      if (close > 0)
+        for (std::size_t t = 0; t < guide.targets.size(); ++t) weights[t + 1] = static_cast<float>(close_share * yield.close[t] / close);
+      if (misses) weights[static_cast<std::size_t>(seen_target) + 1] += seen_share;
+      weights[0] = std::max(own_share, 1 - (close > 0 ? close_share : 0) - (misses ? seen_share : 0));
+      guide.strategies[l] = Distribution(weights);
+    }
+    const Distribution lights(share);
+    if (!lights.empty()) guide.lights = lights;
+  }
+
+  std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
+    const std::size_t chunks = pilot_paths / paths_per_chunk, lights = scene_.lights().size();
+    std::vector<std::vector<Yield>> chunk_yield(chunks, std::vector<Yield>(lights));
+    pool_.parallel_for(chunks, [&](std::size_t c, int thread) {
+      LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
+      std::vector<Photon> photons;
+      for (int i = 0; i < paths_per_chunk && !cancel_; ++i) {
+        const auto path = static_cast<std::uint32_t>(static_cast<int>(c) * paths_per_chunk + i);
+        const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 2), path);
+        const auto photon = emit_photon(scene_, guide, sampler);
+        if (!photon) continue;
+        photons.clear();
+        tracer.trace(*photon, 1.0f / pilot_paths, sampler, path, photons);
+        account(guide, seen, *photon, photons, chunk_yield[c][static_cast<std::size_t>(photon->light)]);
+      }
+    });
+    std::vector<Yield> yields(lights);
+    for (auto& yield : yields) yield.close.resize(guide.targets.size());
+    for (const auto& of_chunk : chunk_yield)
+      for (std::size_t l = 0; l < lights; ++l) yields[l] += of_chunk[l];
+    for (const Yield& yield : yields) total_ += yield.all;
+    return yields;
+  }
+
+  void account(const Guide& guide, const VisibleCells& seen, const EmittedPhoton& start, const std::vector<Photon>& photons, Yield& yield) const {
+    double close = 0;
+    for (const Photon& photon : photons) {
+      const double flux = luminance(photon.flux());
+      yield.all += flux;
+      if (!seen.contains(photon.position)) continue;
+      yield.seen += flux;
+      if (photon.arrival() == Arrival::Caustic || photon.arrival() == Arrival::Edited) close += flux;
+    }
+    if (close == 0) return;
+    yield.close.resize(guide.targets.size());
+    const bool infinite = is_infinite(scene_.lights()[static_cast<std::size_t>(start.light)]);
+    for (std::size_t t = 0; t < guide.targets.size(); ++t)
+      if (aims_at(guide.targets[t], start.origin, start.direction, infinite)) yield.close[t] += close;
+  }
+
+  const Scene& scene_;
+  const TransportSettings& settings_;
+  const Effects& effects_;
+  ThreadPool& pool_;
+  const std::atomic<bool>& cancel_;
+  std::vector<LightTracer> tracers_;
+  double total_ = 0;
+};
+
+}  // namespace
+
+Guide make_guide(const Scene& scene, const TransportSettings& settings, const Effects& effects, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  return Pilot(scene, settings, effects, pool, cancel).run();
+}
+
+}  // namespace sluice
