@@ -52,9 +52,9 @@ void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings)
     keep_only(mesh.material_slots, 1, faults);
     for (UvMap& map : mesh.uv_maps) keep_only(map.corners, 3, faults);
     for (ColorAttribute& layer : mesh.colors) keep_only(layer.corners, 3, faults);
-    std::string message = std::to_string(not_finite + no_area) + " of " + std::to_string(faults.size()) + " triangles left out:";
-    if (not_finite) message += " " + std::to_string(not_finite) + " with vertices that are not finite";
-    if (no_area) message += std::string(not_finite ? "," : "") + " " + std::to_string(no_area) + " without area";
+    std::string message = std::to_string(not_finite + no_area) + " of " + std::to_string(faults.size()) + " triangles left out";
+    if (not_finite > 0) message.append(", ").append(std::to_string(not_finite)).append(" with vertices that are not finite");
+    if (no_area > 0) message.append(", ").append(std::to_string(no_area)).append(" without area");
     warnings.push_back({object, message});
   }
   replace_non_finite(mesh.positions);
