@@ -54,17 +54,26 @@ class AlphabetBuilder {
   // All events that can differ: kinds × name classes, then one F per gate.
   [[nodiscard]] std::size_t universe() const noexcept { return name_list_.size() * event_count + gates_.size(); }
 
-  [[nodiscard]] bool matches(const Atom& atom, Event kind, const Names& names) const {
-    const EventMask bit = mask_of(kind);
-    bool any = false;
+  // An atom with its names as numbers.
+  struct NumberedSymbol {
+    EventMask kinds;
+    Names names;
+  };
+  [[nodiscard]] std::vector<NumberedSymbol> numbered(const Atom& atom) const {
+    std::vector<NumberedSymbol> symbols;
     for (const Symbol& symbol : atom.symbols) {
-      if (!(symbol.kinds & bit)) continue;
-      any = symbol.names.empty() || std::any_of(symbol.names.begin(), symbol.names.end(), [&](const std::string& name) {
-              return std::binary_search(names.begin(), names.end(), mentioned_.at(name));
-            });
-      if (any) break;
+      Names& names = symbols.emplace_back(NumberedSymbol{symbol.kinds, {}}).names;
+      for (const std::string& name : symbol.names) names.push_back(mentioned_.at(name));
     }
-    return atom.negated ? !any && (any_interaction & bit) : any;
+    return symbols;
+  }
+
+  [[nodiscard]] static bool matches(const std::vector<NumberedSymbol>& symbols, bool negated, Event kind, const Names& names) {
+    const EventMask bit = mask_of(kind);
+    const bool any = std::any_of(symbols.begin(), symbols.end(), [&](const NumberedSymbol& symbol) {
+      return (symbol.kinds & bit) && (symbol.names.empty() || std::find_first_of(names.begin(), names.end(), symbol.names.begin(), symbol.names.end()) != names.end());
+    });
+    return negated ? !any && (any_interaction & bit) : any;
   }
 
   void find_meanings() {
@@ -72,15 +81,16 @@ class AlphabetBuilder {
     for (const Rule& rule : rules_) {
       auto& meaning = out_.meaning.emplace_back();
       for (const Atom& atom : rule.expression->atoms) {
+        const auto symbols = numbered(atom);
         Bits bits((universe() + 63) / 64);
         std::size_t event = 0;
         for (const Names& names : name_list_)
           for (int kind = 0; kind < event_count; ++kind, ++event)
-            if (static_cast<Event>(kind) != Event::F && matches(atom, static_cast<Event>(kind), names)) set_bit(bits, event);
+            if (static_cast<Event>(kind) != Event::F && matches(symbols, atom.negated, static_cast<Event>(kind), names)) set_bit(bits, event);
         // An edit that acts once never sees its own F before it acts, so that F may count as any: it counts as a nameless one, and
         // edits that guard against themselves, L(!F'A')*S, keep the automaton of L.*S (design §3).
         for (std::size_t g = 0; g < gates_.size(); ++g, ++event)
-          if (matches(atom, Event::F, static_cast<int>(g) == rule.own_gate ? Names{} : gates_[g])) set_bit(bits, event);
+          if (matches(symbols, atom.negated, Event::F, static_cast<int>(g) == rule.own_gate ? Names{} : gates_[g])) set_bit(bits, event);
         meaning.push_back(known.emplace(bits, static_cast<std::uint32_t>(known.size())).first->second);
       }
     }
@@ -88,18 +98,22 @@ class AlphabetBuilder {
     for (const auto& [bits, number] : known) meanings_[number] = bits;
   }
 
-  // Splits the universe by each meaning in turn.
+  // Splits the universe by each meaning in turn: what lies in it leaves its class for a new one. Then numbers what is left.
   void find_classes() {
     std::vector<std::uint32_t> classes(universe(), 0);
-    std::uint32_t count = 1;
+    std::uint32_t made = 1;
+    std::unordered_map<std::uint32_t, std::uint32_t> split;
     for (const Bits& meaning : meanings_) {
-      std::unordered_map<std::uint64_t, std::uint32_t> split;
-      for (std::size_t event = 0; event < classes.size(); ++event) {
-        const std::uint64_t key = 2ull * classes[event] + (has_bit(meaning, event) ? 1 : 0);
-        classes[event] = split.emplace(key, static_cast<std::uint32_t>(split.size())).first->second;
-      }
-      count = static_cast<std::uint32_t>(split.size());
+      split.clear();
+      for_each_bit(meaning, [&](std::size_t event) {
+        const auto [it, is_new] = split.emplace(classes[event], made);
+        if (is_new) ++made;
+        classes[event] = it->second;
+      });
     }
+    split.clear();
+    for (std::uint32_t& c : classes) c = split.emplace(c, static_cast<std::uint32_t>(split.size())).first->second;
+    const std::size_t count = split.size();
     if (count > std::numeric_limits<EventClass>::max()) throw SceneError("", "the expressions of the edits name too many different things; use fewer names");
 
     Alphabet& alphabet = out_.alphabet;
@@ -108,8 +122,7 @@ class AlphabetBuilder {
     for (std::size_t event = 0; event < classes.size(); ++event) (event < named ? alphabet.classes_ : alphabet.gates_).push_back(static_cast<EventClass>(classes[event]));
     for (const Bits& meaning : meanings_) {
       Bits& matcher = out_.matchers.emplace_back((count + 63) / 64);
-      for (std::size_t event = 0; event < classes.size(); ++event)
-        if (has_bit(meaning, event)) set_bit(matcher, classes[event]);
+      for_each_bit(meaning, [&](std::size_t event) { set_bit(matcher, classes[event]); });
     }
   }
 

@@ -235,6 +235,7 @@ class Parser {
     if (c == U'\'') fail(at_, "a name belongs to an event; write its kind before it, such as D'Floor'");
     if (c == U'"' || c == U'‘' || c == U'’' || c == U'“' || c == U'”') fail(at_, "names stand in straight single quotes; write D'Floor'");
     if (c == U']' || c == U'}') fail(at_, std::string("this ") + static_cast<char>(c) + " closes nothing; leave it out");
+    if (c < U' ' || c == 0x7f) fail(at_, "this character cannot be seen and is no event; write one of L E D S G F X, or . for any interaction");
     fail(at_, "'" + encode_utf8(c) + "' is no event; write one of L E D S G F X, or . for any interaction");
   }
 

@@ -80,10 +80,14 @@ Side side_of(const Expression& expression, const std::string& item) {
   }
   if (const int at = words.column(words.positions.last, not_eye)) words.fail(at, "some paths of this expression end here, and every path of a view edit ends with E; write E last");
   if (words.positions.nullable) words.fail(first_e, "this also matches the empty path, and every path of a view edit ends with E; write E without making it optional");
-  const PositionSet seen = words.reach(words.positions, mask_of(Event::S) | mask_of(Event::F) | eye) & words.positions.last;
+  constexpr EventMask seen_kinds = static_cast<EventMask>(mask_of(Event::S) | mask_of(Event::F) | eye);
+  const PositionSet seen = words.reach(words.positions, seen_kinds) & words.positions.last;
   if (seen.empty()) {
-    const int at = words.column(words.live, gathering);
-    words.fail(at ? at : 1, "view paths end at their first D or G, so this view edit never acts; write it with S, F and E alone, such as S E");
+    PositionSet blocking;  // the events that only a D or G lobe can be
+    words.live.for_each([&](int p) {
+      if (!(words.kinds(p) & seen_kinds)) blocking.insert(p);
+    });
+    words.fail(words.column(blocking, gathering | light), "view paths end at their first D or G, so this view edit never acts; write it with S, F and E alone, such as S E");
   }
   return Side::View;
 }
