@@ -115,8 +115,8 @@ void set_geometry(Scene::Parts& parts, Instance& instance) {
   if (!instance.baked) {
     const double condition = growth(instance.to_scene) * growth(instance.to_scene.inverse());
     const V3d shift(instance.to_scene[3][0], instance.to_scene[3][1], instance.to_scene[3][2]);
-    instance.clearance += static_cast<float>(8 * ulp * condition * shift.length());
-    instance.clearance_rate = static_cast<float>(8 * ulp * (1 + condition));
+    instance.clearance += static_cast<float>(2 * ulp * condition * shift.length());
+    instance.clearance_rate = static_cast<float>(ulp * (8 + 2 * condition));
   }
   instance.shading.bump_step = static_cast<float>(instance.bounds.diagonal() * 0x1p-11);
 }

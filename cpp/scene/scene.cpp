@@ -118,6 +118,8 @@ double Scene::extent() const noexcept { return parts_->extent; }
 std::span<const Material> Scene::materials() const noexcept { return parts_->materials; }
 bool Scene::material_used(std::size_t material) const noexcept { return parts_->material_used[material] != 0; }
 std::size_t Scene::triangle_count() const noexcept { return parts_->triangle_count; }
+std::size_t Scene::instance_count() const noexcept { return parts_->instances.size(); }
+const Bounds& Scene::instance_bounds(std::size_t instance) const noexcept { return parts_->instances[instance].bounds; }
 std::span<const std::uint32_t> Scene::instance_materials(std::size_t instance) const noexcept { return parts_->instances[instance].used_materials; }
 
 }  // namespace sluice

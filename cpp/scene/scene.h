@@ -69,8 +69,8 @@ class Scene {
   [[nodiscard]] bool material_used(std::size_t material) const noexcept;  // on a surface that a ray can meet
   [[nodiscard]] std::size_t triangle_count() const noexcept;              // of all instances
   [[nodiscard]] std::size_t instance_count() const noexcept;              // Hit::instance is below it
-  [[nodiscard]] const Bounds& instance_bounds(std::uint32_t instance) const noexcept;
-  [[nodiscard]] std::span<const std::uint32_t> instance_materials(std::uint32_t instance) const noexcept;  // those its triangles use
+  [[nodiscard]] const Bounds& instance_bounds(std::size_t instance) const noexcept;  // re-centred
+  [[nodiscard]] std::span<const std::uint32_t> instance_materials(std::size_t instance) const noexcept;  // those its triangles use
 
   struct Parts;  // what compile() puts together; scene/parts.h
   explicit Scene(std::unique_ptr<const Parts> parts) noexcept;
