@@ -66,7 +66,7 @@ std::optional<Dfa> determinised(const Positions& positions, std::span<const std:
       const auto atom = static_cast<std::size_t>(positions.atoms[static_cast<std::size_t>(p)]);
       if (has_bit(matchers[meaning[atom]], static_cast<std::size_t>(c))) mask.insert(p);
     }
-    const auto [it, is_new] = column_of.emplace(mask, static_cast<std::uint16_t>(masks.size()));
+    const auto [it, is_new] = column_of.try_emplace(mask, static_cast<std::uint16_t>(masks.size()));
     if (is_new) masks.push_back(mask);
     dfa.column.push_back(it->second);
   }
@@ -81,7 +81,7 @@ std::optional<Dfa> determinised(const Positions& positions, std::span<const std:
     if (s > 0) sets[s].for_each([&](int p) { follow |= positions.follow[static_cast<std::size_t>(p)]; });
     for (const PositionSet& mask : masks) {
       const PositionSet to = follow & mask;
-      const auto [it, is_new] = state_of.emplace(to, static_cast<std::uint16_t>(sets.size()));
+      const auto [it, is_new] = state_of.try_emplace(to, static_cast<std::uint16_t>(sets.size()));
       if (is_new) {
         if (sets.size() == max_dfa_states) return std::nullopt;
         sets.push_back(to);

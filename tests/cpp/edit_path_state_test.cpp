@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a path remembers: once and repeat, caps, contents that mean the same in every table.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "edit_scene.h"
+
+namespace sluice {
+namespace {
+
+std::vector<std::uint16_t> list(std::span<const std::uint16_t> edits) { return {edits.begin(), edits.end()}; }
+using Taken = std::vector<std::uint16_t>;
+
+const std::vector<Entity> entities{{{"Lamp"}}, {{"Egg"}}, {{"Floor"}}};
+enum { Lamp, Egg, Floor };
+
+std::vector<EditDescription> some_edits() {
+  std::vector<EditDescription> all{edit_at("A", at({0, 0, 0}), "L.*S", 5), edit_at("B", at({5, 0, 0}), "L.*S", 2), edit_at("R", at({10, 0, 0}), "L.*", 9),
+                                   edit_at("V", at({15, 0, 0}), "SE", 1), edit_at("Chain", at({20, 0, 0}), "L.*F'A'.*", 4)};
+  all[2].repeat = true;
+  return all;
+}
+
+struct PathState : testing::Test {
+  TestEdits test{some_edits(), entities};
+  const Edits& edits = test.edits;
+  StateTable table{edits};
+  StateId lit = table.next(StateTable::light_start, edits.event_class(Event::L, Lamp));
+  EventClass s = edits.event_class(Event::S, Egg), d = edits.event_class(Event::D, Floor);
+};
+
+TEST_F(PathState, TakingIsSortedByOrder) {
+  EXPECT_TRUE(table.taking(StateTable::light_start).empty());
+  EXPECT_EQ(list(table.taking(lit)), Taken{2});
+  const StateId q = table.next(lit, s);
+  EXPECT_EQ(list(table.taking(q)), (Taken{1, 0, 2}));  // orders 2, 5, 9; view edit V takes no light
+  EXPECT_TRUE(table.takes(q, 0) && table.takes(q, 2));
+  EXPECT_FALSE(table.takes(q, 3) || table.takes(q, 4));
+  EXPECT_EQ(list(table.taking(table.next(q, d))), Taken{2});
+}
+
+TEST_F(PathState, OncePerPathUnlessRepeat) {
+  StateId q = table.through(table.next(lit, s), 0);
+  EXPECT_EQ(table.gates(q), 1);
+  EXPECT_TRUE(table.used(q, 0));
+  EXPECT_EQ(list(table.taking(q)), (Taken{4, 2}));       // behind F'A' Chain accepts
+  EXPECT_EQ(list(table.taking(table.next(q, s))), (Taken{1, 4, 2}));  // A is spent, B is not
+  q = table.through(q, 2);
+  EXPECT_EQ(table.gates(q), 2);
+  EXPECT_FALSE(table.used(q, 2));
+  EXPECT_TRUE(table.takes(q, 2));  // repeats
+}
+
+TEST_F(PathState, CapsStopAtMaxGates) {
+  StateId q = lit;
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_FALSE(table.at_cap(q));
+    q = table.through(q, 2);
+  }
+  EXPECT_TRUE(table.at_cap(q));
+  EXPECT_TRUE(table.takes(q, 2));  // the entry would still take it: it absorbs
+}
+
+TEST_F(PathState, ViewStatesReadBackwardFromTheEye) {
+  const EventClass e = edits.event_class(Event::E, -1);
+  StateId v = table.next(StateTable::view_start, e);
+  EXPECT_TRUE(table.taking(v).empty());
+  v = table.next(v, s);
+  EXPECT_EQ(list(table.taking(v)), Taken{3});
+  EXPECT_TRUE(table.taking(table.next(v, s)).empty());
+  EXPECT_TRUE(table.taking(table.through(v, 3)).empty());
+  EXPECT_TRUE(table.taking(table.next(table.next(StateTable::view_start, s), e)).empty());  // not the forward word
+}
+
+TEST_F(PathState, ASpentOrderOfGatesDoesNotMatter) {
+  const StateId q = table.next(lit, s);
+  const StateId ab = table.next(table.through(table.through(q, 0), 1), s), ba = table.next(table.through(table.through(q, 1), 0), s);
+  EXPECT_EQ(ab, ba);  // same automaton state, gates and set of used edits
+}
+
+TEST_F(PathState, ContentsMeanTheSameInEveryTable) {
+  StateTable other(edits);
+  std::vector<EventClass> events{s, d, edits.event_class(Event::G, Egg), edits.event_class(Event::E, -1)};
+  // Two tables meet states in different orders.
+  std::vector<StateId> mine, theirs;
+  for (int pass = 0; pass < 2; ++pass)
+    for (int walk = 0; walk < 500; ++walk) {
+      const int seed = pass == 0 ? walk : 499 - walk;
+      std::mt19937 path(static_cast<unsigned>(seed));
+      StateTable& t = pass == 0 ? table : other;
+      StateId q = t.next(seed % 3 ? StateTable::light_start : StateTable::view_start, edits.event_class(seed % 3 ? Event::L : Event::E, -1));
+      for (int i = 0; i < 6; ++i) q = path() % 3 ? t.next(q, events[path() % events.size()]) : t.through(q, static_cast<int>(path() % 5));
+      (pass == 0 ? mine : theirs).push_back(q);
+    }
+  ASSERT_EQ(table.size(), other.size());
+  EXPECT_GT(table.size(), 100u);
+  int renumbered = 0;
+  for (StateId q = 0; q < other.size(); ++q) {
+    const StateId here = table.intern(other.content(q));
+    ASSERT_LT(here, table.size());
+    renumbered += here != q;
+    EXPECT_TRUE(std::ranges::equal(table.content(here), other.content(q)));
+    EXPECT_EQ(list(table.taking(here)), list(other.taking(q)));
+    EXPECT_EQ(table.gates(here), other.gates(q));
+    for (int e = 0; e < edits.size(); ++e) EXPECT_EQ(table.used(here, e), other.used(q, e));
+  }
+  EXPECT_GT(renumbered, 10);
+  EXPECT_EQ(table.size(), other.size());  // interning met nothing new
+  // Sorting by content gives one order for both.
+  const auto sorted = [](StateTable& t) {
+    std::vector<StateId> ids(t.size());
+    for (StateId i = 0; i < t.size(); ++i) ids[i] = i;
+    std::sort(ids.begin(), ids.end(), [&](StateId a, StateId b) { return t.compare(a, b) < 0; });
+    std::vector<std::vector<std::uint32_t>> contents;
+    for (const StateId i : ids) contents.emplace_back(t.content(i).begin(), t.content(i).end());
+    return contents;
+  };
+  EXPECT_EQ(sorted(table), sorted(other));
+}
+
+TEST_F(PathState, CopiesAreIndependent) {
+  const StateId q = table.next(lit, s);
+  StateTable copy = table;
+  const StateId a = copy.through(q, 0), b = table.through(q, 1);
+  EXPECT_EQ(a, b);  // the next free number in both
+  EXPECT_TRUE(copy.used(a, 0) && table.used(b, 1));
+  EXPECT_EQ(list(copy.taking(q)), list(table.taking(q)));
+}
+
+TEST_F(PathState, AFullTableIsCountedAndTakesNothing) {
+  StateTable small(edits, 6);
+  StateId q = small.next(StateTable::light_start, edits.event_class(Event::L, Lamp));
+  for (int i = 0; i < 10; ++i) q = small.through(q, 2);
+  EXPECT_EQ(q, StateTable::dead);
+  EXPECT_EQ(small.size(), 6u);
+  EXPECT_EQ(small.overflows(), 1u);  // dead goes on as dead without being counted again
+  EXPECT_TRUE(small.taking(q).empty());
+  EXPECT_EQ(small.next(q, s), StateTable::dead);
+  EXPECT_EQ(small.through(q, 0), StateTable::dead);
+  EXPECT_FALSE(small.used(q, 0));
+  (void)small.next(StateTable::light_start, d);
+  (void)small.next(StateTable::light_start, d);
+  EXPECT_EQ(small.overflows(), 3u);  // each path that meets the limit is counted
+}
+
+TEST_F(PathState, SteadyStateIsALookup) {
+  StateId q = lit;
+  std::mt19937 random(5);
+  const auto walk = [&](int steps) {
+    for (int i = 0; i < steps; ++i) q = random() % 8 ? table.next(q, random() % 2 ? s : d) : lit;
+  };
+  walk(10'000);
+  const StateId met = table.size();
+  walk(100'000);
+  EXPECT_EQ(table.size(), met);
+}
+
+TEST(PathStateWithoutEdits, IsTrivial) {
+  TestEdits test({}, entities);
+  StateTable table(test.edits);
+  StateId q = StateTable::light_start;
+  for (const Event kind : {Event::L, Event::S, Event::D}) q = table.next(q, test.edits.event_class(kind, 1));
+  EXPECT_EQ(q, StateTable::light_start);  // nothing to remember: one state per side
+  EXPECT_TRUE(table.taking(q).empty());
+  EXPECT_EQ(table.size(), 3u);
+}
+
+}  // namespace
+}  // namespace sluice

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Edits for tests, described as an exporter would.
+#pragma once
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "edit/gates.h"
+
+namespace sluice {
+
+// Rows are the images of local X, Y, Z and the place.
+inline M44d placed(const V3d& x, const V3d& y, const V3d& z, const V3d& at) {
+  return M44d(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, at.x, at.y, at.z, 1);
+}
+inline M44d at(const V3d& place) { return placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, place); }
+
+inline V3d random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const V3d v(normal(random), normal(random), normal(random));
+  return v.normalized();
+}
+
+// A rotated square of half side `half`; sheared, stretched and mirrored as well if `affine`.
+inline M44d random_placement(std::mt19937_64& random, const V3d& place, bool affine = false) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
+  if (!affine) return placed(x, y, z, place);
+  return placed(x * (0.2 + unit(random)), y * (0.2 + unit(random)) + x * (unit(random) - 0.5), (unit(random) < 0.5 ? z : -z) + x * 0.3, place);
+}
+
+inline QuadDescription quad(const std::string& name, const M44d& matrix, int order, double half = 1) {
+  QuadDescription q;
+  q.name = name;
+  q.matrix = matrix;
+  q.half_size = half;
+  q.order = order;
+  return q;
+}
+
+inline ExitDescription exit_at(const std::string& name, const M44d& matrix, int order = 1000, double half = 1) {
+  ExitDescription x;
+  x.quad = quad(name, matrix, order, half);
+  return x;
+}
+
+inline EditDescription edit_at(const std::string& name, const M44d& matrix, const std::string& expression, int order, double half = 1) {
+  EditDescription e;
+  e.entry = quad(name, matrix, order, half);
+  e.expression = expression;
+  return e;
+}
+
+struct TestEdits {
+  Warnings warnings;
+  Edits edits;
+
+  explicit TestEdits(const std::vector<EditDescription>& descriptions, const std::vector<Entity>& entities = {}, const V3d& centre = V3d(0),
+                     const Box& bounds = {}, int max_gates = 8, const std::vector<Image>& images = {})
+      : edits(compile_edits(descriptions, entities, images, {centre, bounds}, max_gates, warnings)) {}
+};
+
+}  // namespace sluice
