@@ -24,6 +24,8 @@ class FlushDenormals {
 
 }  // namespace
 
+int hardware_threads() noexcept { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
 ThreadPool::ThreadPool(int threads) {
   for (int i = 1; i < std::max(1, threads); ++i) workers_.emplace_back([this, i](const std::stop_token& stop) { worker_loop(stop, i); });
 }

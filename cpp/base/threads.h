@@ -39,4 +39,17 @@ class ThreadPool {
   std::vector<std::jthread> workers_;  // last: joined before the state above dies
 };
 
+// A function on a thread of its own, which the destructor waits for. What it throws is its own business: it must catch.
+class BackgroundTask {
+ public:
+  BackgroundTask() = default;
+  explicit BackgroundTask(std::function<void()> task) : thread_(std::move(task)) {}
+
+ private:
+  std::jthread thread_;
+};
+
+// As many as the machine has, at least 1.
+[[nodiscard]] int hardware_threads() noexcept;
+
 }  // namespace sluice

@@ -127,6 +127,10 @@ int Film::finished_passes() const noexcept {
   return least;
 }
 
+bool Film::has_samples() const noexcept {
+  return std::ranges::any_of(tile_passes_, [](const auto& passes) { return total(passes) > 0; });
+}
+
 std::uint64_t Film::hash() const noexcept {
   std::uint64_t h = mix(static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
   for (std::size_t i = 0; i < sums_.size(); ++i) {

@@ -56,6 +56,7 @@ class Film {
 
   // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0 with fewer than 4 passes.
   [[nodiscard]] double relative_error() const noexcept;
+  [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
   [[nodiscard]] std::uint64_t hash() const noexcept;   // of all sums, bit for bit
   [[nodiscard]] std::size_t bytes() const noexcept { return 2 * sums_.size() * sizeof(double); }

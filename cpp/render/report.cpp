@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/report.h"
+
+#include <cstdio>
+
+namespace sluice {
+namespace {
+
+template <class... Args>
+std::string format(const char* pattern, Args... args) {
+  char text[512];
+  std::snprintf(text, sizeof text, pattern, args...);
+  return text;
+}
+
+double millions(std::uint64_t n) { return static_cast<double>(n) * 1e-6; }
+
+}  // namespace
+
+std::string hex(std::uint64_t hash) { return format("%016llx", static_cast<unsigned long long>(hash)); }
+
+std::string describe(const Statistics& s) {
+  const Counts& c = s.counts;
+  std::string text;
+  for (const auto& reason : s.reasons) text += format("%s: %s (%s)\n", reason.effect.c_str(), reason.runs ? "ran" : "skipped", reason.why.c_str());
+  text += format("time: compile %.2f s, guide %.2f s, photons %.2f s, view %.2f s on %d threads\n", s.seconds[0], s.seconds[1], s.seconds[2], s.seconds[3], s.threads);
+  text += format("work: %zu triangles, %.2f M rays, %.2f M photon paths, %.2f M photons stored, %.2f M view paths, %.2f M gathers of %.1f photons\n", s.triangles,
+                 millions(c.rays + c.shadow_rays), millions(c.photon_paths), millions(c.photons_stored), millions(c.view_paths), millions(c.gathers),
+                 c.gathers ? static_cast<double>(c.photons_gathered) / static_cast<double>(c.gathers) : 0.0);
+  text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]), static_cast<double>(s.radius[1]));
+  for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
+    const EditCounts& edit = c.edits[e];
+    text += format("edit %s: took %llu paths, sent on %llu, capped %llu, energy out / in %.4g\n", s.edit_names[e].c_str(), static_cast<unsigned long long>(edit.matched),
+                   static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped), edit.energy_in > 0 ? edit.energy_out / edit.energy_in : 0.0);
+  }
+  text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu splits; grazing exits: %llu\n",
+                 static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),
+                 static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
+  text += format("energy ledger: closes to %.1e of what was emitted\n", s.worst_ledger_residual);
+  return text;
+}
+
+}  // namespace sluice

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/session.h"
+
+#include <algorithm>
+#include <new>
+#include <stdexcept>
+
+#include "edit/gates.h"
+#include "transport/photon_pass.h"
+#include "transport/pilot.h"
+#include "transport/view_pass.h"
+
+namespace sluice {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+}  // namespace
+
+Session::~Session() { cancel(); }
+
+void Session::start(SceneDescription description, RenderSettings settings) {
+  {
+    const std::lock_guard lock(lock_);
+    if (progress_.state != State::Idle) throw std::logic_error("a session renders once: make a new one");
+    settings_ = std::move(settings);
+    if (settings_.threads <= 0) settings_.threads = hardware_threads();
+    settings_.passes = std::max(settings_.passes, 1);
+    if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
+    progress_.state = State::Compiling;
+    progress_.passes = settings_.passes;
+    begin_ = Clock::now();
+  }
+  if (!settings_.use_edits) description.edits.clear();
+  task_ = BackgroundTask([this, scene = std::move(description)]() mutable { run(std::move(scene)); });
+}
+
+void Session::cancel() noexcept { cancel_ = true; }
+
+bool Session::wait(double seconds) {
+  std::unique_lock lock(lock_);
+  const auto over = [this] { return progress_.state != State::Compiling && progress_.state != State::Rendering; };
+  return over_.wait_for(lock, std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6)), over);
+}
+
+// Worker threads turn everything into a status: an exception that left one would end the host (Blender).
+void Session::run(SceneDescription description) {
+  const auto fail = [this](std::string message, std::string item = {}, int column = 0) {
+    {
+      const std::lock_guard lock(lock_);
+      progress_.failure = Failure{std::move(message), std::move(item), column};
+    }
+    finish(State::Failed);
+  };
+  try {
+    Warnings warnings;
+    const std::unique_ptr<const Scene> scene = compile(std::move(description), warnings, [this] { return cancel_.load(); }, settings_.threads);
+    {
+      const std::lock_guard lock(lock_);
+      warnings_ = std::move(warnings);
+    }
+    if (!scene) return finish(State::Cancelled, StopReason::Cancelled);
+    render_scene(*scene);
+  } catch (const ExpressionError& error) {
+    fail(error.what(), error.item, error.column);
+  } catch (const SceneError& error) {
+    fail(error.what(), error.item);
+  } catch (const std::bad_alloc&) {
+    fail("out of memory: render fewer pixels, smaller textures or fewer polygons");
+  } catch (const std::exception& error) {
+    fail(error.what());
+  }
+}
+
+void Session::render_scene(const Scene& scene) {
+  ThreadPool pool(settings_.threads);
+  const TransportSettings& transport = settings_.transport;
+  const Effects effects = find_effects(scene, transport);
+  const auto film = [&] {
+    const std::lock_guard lock(film_lock_);
+    film_ = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0);
+    return film_.get();
+  }();
+  {
+    const std::lock_guard lock(lock_);
+    statistics_.seconds[static_cast<std::size_t>(Phase::Compile)] = seconds_since(begin_);
+    statistics_.reasons = effects.reasons;
+    statistics_.triangles = scene.triangle_count();
+    statistics_.threads = pool.size();
+    for (int e = 0; e < scene.edits().size(); ++e) statistics_.edit_names.push_back(scene.edits()[e].name);
+    progress_.state = State::Rendering;
+    begin_ = Clock::now();
+  }
+  const Guide guide = make_guide(scene, transport, effects, pool, cancel_);
+  {
+    const std::lock_guard lock(lock_);
+    statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_);
+    statistics_.guide_hash = guide.hash();
+    statistics_.radius = {guide.radius, guide.caustic_radius};
+  }
+  PhotonPass photon_pass(scene, transport, effects, pool.size());
+  ViewPass view_pass(scene, transport, effects, pool.size());
+  PhotonSet photons;
+  StopReason stop = StopReason::None;
+  for (int pass = 0; stop == StopReason::None; ++pass) {
+    const Clock::time_point pass_begin = Clock::now();
+    const PassContext context{scene, transport, effects, guide, pass};
+    Counts counts;
+    const bool traced = !effects.photons() || photon_pass.run(context, pool, cancel_, photons, counts);
+    const double photon_seconds = seconds_since(pass_begin);
+    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film, film_lock_, counts)) {
+      stop = StopReason::Cancelled;
+      break;
+    }
+    if ((pass + 1) % passes_per_block == 0) {
+      const std::lock_guard lock(film_lock_);
+      film->close_block();
+    }
+    {
+      const std::lock_guard lock(lock_);
+      statistics_.counts += counts;
+      statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
+      statistics_.seconds[static_cast<std::size_t>(Phase::View)] += seconds_since(pass_begin) - photon_seconds;
+      if (counts.ledger.emitted > 0)
+        statistics_.worst_ledger_residual = std::max(statistics_.worst_ledger_residual, std::abs(counts.ledger.residual()) / counts.ledger.emitted);
+      const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
+      if (photons.all.size() > 0) statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
+      progress_.pass = pass + 1;
+      progress_.photons += counts.photon_paths;
+      progress_.memory = film->bytes() + map_bytes;
+    }
+    stop = should_stop(seconds_since(pass_begin));
+  }
+  {
+    const std::lock_guard lock(film_lock_);
+    film->close_block();
+  }
+  finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
+}
+
+// After each pass. The error is looked at when all streams have as many passes.
+StopReason Session::should_stop(double last_pass_seconds) {
+  const int pass = progress_.pass;  // written by this thread alone
+  if (cancel_) return StopReason::Cancelled;
+  if (pass % stream_count == 0) {
+    const double error = film_->relative_error();  // only this thread writes to the film
+    const std::lock_guard lock(lock_);
+    progress_.relative_error = error;
+    if (settings_.error_target > 0 && pass >= 2 * stream_count && error <= settings_.error_target) return StopReason::Error;
+  }
+  const double seconds = elapsed();
+  if (settings_.time_limit > 0 && seconds + last_pass_seconds / 2 > settings_.time_limit) return StopReason::Time;
+  return pass >= settings_.passes ? StopReason::Passes : StopReason::None;
+}
+
+void Session::finish(State state, StopReason reason) {
+  {
+    const std::lock_guard lock(lock_);
+    progress_.seconds = elapsed();
+    progress_.state = state;
+    progress_.stop_reason = reason;
+  }
+  over_.notify_all();
+}
+
+double Session::elapsed() const { return seconds_since(begin_); }
+
+Progress Session::progress() const {
+  const std::lock_guard lock(lock_);
+  Progress now = progress_;
+  if (now.state != State::Rendering) return now;
+  now.seconds = elapsed();
+  if (now.pass == 0) return now;
+  const double per_pass = now.seconds / now.pass;
+  now.seconds_left = per_pass * (now.passes - now.pass);
+  if (settings_.time_limit > 0) now.seconds_left = std::min(now.seconds_left, std::max(0.0, settings_.time_limit - now.seconds));
+  // error ~ passes^(-1/2) while noise rules: passes needed = passes so far · (error / target)²
+  if (settings_.error_target > 0 && now.relative_error > 0)
+    now.seconds_left = std::min(now.seconds_left, now.seconds * std::max(0.0, square(now.relative_error / settings_.error_target) - 1));
+  return now;
+}
+
+Warnings Session::warnings() const {
+  const std::lock_guard lock(lock_);
+  return warnings_;
+}
+
+Statistics Session::statistics() const {
+  const std::lock_guard lock(lock_);
+  return statistics_;
+}
+
+std::optional<Session::Picture> Session::picture(const std::string& name) const {
+  const int channels = Film::channels(name);
+  const std::lock_guard lock(film_lock_);
+  if (!film_ || channels == 0 || !film_->has_samples()) return {};
+  return Picture{film_->width(), film_->height(), channels, film_->image(name)};
+}
+
+std::uint64_t Session::film_hash() const {
+  const std::lock_guard lock(film_lock_);
+  return film_ ? film_->hash() : 0;
+}
+
+}  // namespace sluice

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One render, from description to film: compile, guide, passes, on threads of its own. The host polls; nothing here calls back.
+// Every public function may be called from any thread at any time. Several sessions share nothing.
+#pragma once
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "base/threads.h"
+#include "render/settings.h"
+#include "scene/scene.h"
+#include "transport/counts.h"
+#include "transport/effects.h"
+#include "transport/film.h"
+#include "transport/guide.h"
+
+namespace sluice {
+
+enum class State : std::uint8_t { Idle, Compiling, Rendering, Finished, Cancelled, Failed };
+enum class StopReason : std::uint8_t { None, Passes, Time, Error, Cancelled };
+
+struct Failure {
+  std::string message, item;  // item: the edit or object at fault, may be empty
+  int column = 0;             // in the edit's expression, from 1; 0: none
+};
+
+struct Progress {
+  State state = State::Idle;
+  StopReason stop_reason = StopReason::None;
+  int pass = 0, passes = 0;     // finished, wanted
+  std::uint64_t photons = 0;    // light paths emitted
+  double seconds = 0;           // of rendering
+  double seconds_left = -1;     // estimate to the nearest stop; < 0: unknown
+  double relative_error = -1;   // of the picture; < 0: fewer than 4 passes
+  std::size_t memory = 0;       // bytes of film and photon maps
+  std::optional<Failure> failure;
+};
+
+enum class Phase : std::uint8_t { Compile, Guide, Photons, View };
+inline constexpr int phase_count = 4;
+
+struct Statistics {
+  Counts counts;
+  std::array<double, phase_count> seconds{};
+  std::vector<Effects::Reason> reasons;
+  std::vector<std::string> edit_names;  // of counts.edits
+  std::uint64_t guide_hash = 0;
+  double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
+  double bytes_per_photon = 0;       // of the maps, all included
+  std::size_t triangles = 0;
+  int threads = 0;
+  std::array<float, 2> radius{};     // of the first pass (m): in general, caustics
+};
+
+class Session {
+ public:
+  Session() = default;
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  // Returns at once. A session renders once; a second start throws std::logic_error.
+  void start(SceneDescription description, RenderSettings settings);
+  bool wait(double seconds);  // true: over, whatever way
+  void cancel() noexcept;     // returns at once; over within half a second
+
+  [[nodiscard]] Progress progress() const;
+  [[nodiscard]] Warnings warnings() const;
+  [[nodiscard]] Statistics statistics() const;
+
+  struct Picture {
+    int width, height, channels;
+    std::vector<float> pixels;  // row 0 at the bottom
+  };
+  // A pass of the film by name, unfinished passes included. Empty: there is nothing yet, or no pass of that name.
+  [[nodiscard]] std::optional<Picture> picture(const std::string& name) const;
+  [[nodiscard]] std::uint64_t film_hash() const;
+
+ private:
+  void run(SceneDescription description);
+  void render_scene(const Scene& scene);
+  void finish(State state, StopReason reason = StopReason::None);
+  [[nodiscard]] StopReason should_stop(double last_pass_seconds);
+  [[nodiscard]] double elapsed() const;
+
+  RenderSettings settings_;
+  std::atomic<bool> cancel_{false};
+  mutable std::mutex lock_;             // of all below but the film
+  std::condition_variable over_;
+  Progress progress_;
+  Warnings warnings_;
+  Statistics statistics_;
+  std::chrono::steady_clock::time_point begin_{};
+  mutable std::mutex film_lock_;
+  std::unique_ptr<Film> film_;
+  BackgroundTask task_;  // last: it ends before what it works on
+};
+
+}  // namespace sluice

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a render is asked for (design §8, scene.sluice): transport's settings and when to stop. Plain data.
+#pragma once
+#include "transport/settings.h"
+
+namespace sluice {
+
+struct RenderSettings {
+  TransportSettings transport;
+  int passes = 64;
+  int frame = 1;
+  bool use_animated_seed = false;  // the frame goes into the seed
+  bool use_edits = true;           // false: all edits off at once
+  double time_limit = 0;           // s of rendering, 0 = none
+  double error_target = 0;         // relative standard error of the picture (0.01 = 1 %), 0 = none
+  int threads = 0;                 // 0 = all
+};
+
+}  // namespace sluice
