@@ -58,14 +58,13 @@ def speed(options) -> list[dict]:
     """Rates of the core on cornell.blend."""
     rows = []
     for row in run(options.out, ROOT / "blend_scenes/cornell.blend", task="speed", scene="cornell", passes=16, photons=131072):
-        told = row.pop("statistics")
-        counters = told.get("counters", told)
+        counters = row.pop("statistics")
         flat = {"scene": row["scene"], "edits": row["edits"], "passes": row["passes"], "seconds": round(row["seconds"], 3),
                 "seconds_per_pass": round(row["seconds"] / row["passes"], 4)}  # fmt: skip
-        for name in ("rays", "shadow_rays", "photon_paths", "view_paths", "gathers", "photons_gathered", "edit_queries"):
-            if name in counters:
-                flat[f"{name}_per_s"] = round(counters[name] / row["seconds"])
-        flat["bytes_per_photon"] = counters.get("bytes_per_photon")
+        flat |= {f"{phase}_s": round(seconds, 3) for phase, seconds in counters["seconds"].items()}
+        for name in ("rays", "photon_paths", "view_paths", "gathers", "photons_gathered", "edit_queries"):
+            flat[f"{name}_per_s"] = round(counters[name] / row["seconds"])
+        flat["bytes_per_photon"] = round(counters["bytes_per_photon"], 1)
         flat["core_MiB"], flat["peak_process_MiB"] = round(row["core_memory"] / 2**20), round(row["peak_rss"] / 2**20)
         flat["error_estimate"] = row["estimate"]
         rows.append(flat)

@@ -79,9 +79,10 @@ def error_rows(task, truth, scene, box_filter):
     """Error against time of both renderers, for each amount of work and seed."""
     for seed in range(task["seeds"]):
         for passes in task["passes"]:
-            image, progress, _ = sluice(scene, box_filter, passes=passes, photons=task["photons"], seed=seed, time_limit=0.0, error_target=0.0)
+            image, progress, statistics = sluice(scene, box_filter, passes=passes, photons=task["photons"], seed=seed, time_limit=0.0, error_target=0.0)
             error, trimmed, mean = box.relmse(image, truth)
-            write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=progress["seconds"], relmse=error, trimmed=trimmed, mean=mean,
+            seconds = statistics["seconds"]["compile"] + progress["seconds"]
+            write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean,
                   estimate=progress["error_estimate"])  # fmt: skip
         for samples in task["samples"]:
             image, seconds = cycles(scene, samples, seed)

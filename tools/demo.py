@@ -78,11 +78,9 @@ def account(name: str, out: Path) -> list[str]:
         error = f"{100 * last['error_estimate']:.2f} %" if last.get("error_estimate") else "unknown"
         lines.append(f"    {last['pass']} passes and {last.get('photons', 0):,} photon paths in {last['seconds']:.1f} s; estimated error {error}")
         lines.append(f"    an error of {progress_log.price_text(*progress_log.error_curve(updates))}   (~: not reached, by the slope)")
-        lines += [f"    {effect['name']}: {'ran' if effect['runs'] else 'skipped'}, {effect['why']}" for effect in last.get("effects", [])]
-        lines += [f"    {key}: {value:,}" for key, value in last.get("counters", {}).items()]
-        lines += [f"    warning: {text}" for text in last.get("warnings", [])]
-        if last.get("stopped_by"):
-            lines.append(f"    stopped by: {last['stopped_by']}")
+        lines.append(f"    stopped by: {last.get('stop_reason') or 'nothing: it ended before its time'}")
+        lines += [f"    {line}" for line in last.get("statistics", {}).get("report", "").splitlines()]
+        lines += [f"    warning: {item}: {message}" for item, message in last.get("warnings", [])]
     return lines
 
 

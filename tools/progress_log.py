@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the progress that Sluice writes while it renders, when the environment variable SLUICE_PROGRESS_LOG names a file.
 
-One JSON object per line and update: seconds, pass, passes, error_estimate (relative, 0.05 = 5 %, null while unknown), photons, effects
-(list of {name, runs, why}), and on the last line what else the engine knows: counters (name -> number), stopped_by, warnings."""
+One JSON object per line whenever a pass has ended: seconds, pass, passes, photons, error_estimate (relative, 0.05 = 5 %, null while
+unknown), stop_reason, effects (rows of name, runs, why); on the last line also statistics and warnings (rows of item, message)."""
 
 import json
 import math
@@ -24,10 +24,10 @@ def read(path: Path) -> list[dict]:
 
 
 def error_curve(updates: list[dict]) -> tuple[list[float], list[float]]:
-    """Seconds and error estimates (relative) of the updates that have one."""
+    """Seconds and error estimates (relative) where a new estimate was made (the engine makes one every few passes)."""
     points = [(u["seconds"], u["error_estimate"]) for u in updates if u.get("error_estimate") and u["seconds"] > 0]
-    points = [(s, e) for s, e in points if math.isfinite(e)]
-    return [s for s, _ in points], [e for _, e in points]
+    news = [(s, e) for i, (s, e) in enumerate(points) if math.isfinite(e) and (i == 0 or e != points[i - 1][1])]
+    return [s for s, _ in news], [e for _, e in news]
 
 
 def slope(seconds: list[float], errors: list[float]) -> tuple[float, float] | None:
