@@ -79,7 +79,8 @@ def error_rows(task, truth, scene, box_filter):
     """Error against time of both renderers, for each amount of work and seed."""
     for seed in range(task["seeds"]):
         for passes in task["passes"]:
-            image, progress, statistics = sluice(scene, box_filter, passes=passes, photons=task["photons"], seed=seed, time_limit=0.0, error_target=0.0)
+            settings = {"passes": passes, "photons": task["photons"], "seed": seed, "time_limit": 0.0, "error_target": 0.0}
+            image, progress, statistics = sluice(scene, box_filter, **settings)
             error, trimmed, mean = box.relmse(image, truth)
             seconds = statistics["seconds"]["compile"] + progress["seconds"]
             write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean,
