@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The scattering of light at one point seen from one direction: a short list of lobes, each with its event (design §3). Directions
 // are unit, in world space, and point away from the surface. Knows no textures, no scene. A new lobe is an alternative of
-// LobeShape, three overloads and albedo in lobes.h, and a row in the chi² list; a forgotten overload does not compile.
+// LobeShape, four overloads in lobes.h and a row in the chi² list; a forgotten overload does not compile.
 #pragma once
 #include <array>
 #include <optional>
@@ -13,27 +13,32 @@ namespace sluice {
 
 inline constexpr int max_lobes = 8;
 
+// No default values: a Bsdf on the stack costs nothing but its count.
 struct Lobe {
-  Event event = Event::D;       // D, S (delta, or Blender roughness <= specular_threshold) or G
-  bool delta = false;           // one direction only: eval and pdf are 0
-  std::uint8_t under = 0;       // bit i: light passes Bsdf::layers[i] to reach this lobe (photons only, folded into weight otherwise)
-  float choice = 0;             // average of `albedo`: what picks this lobe
-  Color weight{0};
-  Color albedo{0};              // directional albedo seen from wo, weight included
-  V3f n{0, 0, 1};               // its shading normal, on the side of wo
+  Event event;         // D, S (delta, or Blender roughness <= specular_threshold) or G
+  bool delta;          // one direction only: eval and pdf are 0
+  std::uint8_t under;  // bit i: light passes Bsdf::layers[i] on its way here (photons only; on view paths it is folded into weight)
+  float choice;        // average of `albedo`: what picks this lobe
+  Color weight;
+  Color albedo;  // directional albedo seen from wo, weight included
+  V3f n;         // its shading normal, on the side of wo
   LobeShape shape;
 };
 
-// A coating whose loss dims what lies under it, as a function of the eye's direction (Cycles' layering).
+// A coating that dims what lies under it by what it reflects towards the eye and by its tint (Cycles' layering).
 struct Layer {
+  LobeShape shape;
   V3f n;
-  float roughness = 0, eta = 1, weight = 0;  // of the dielectric that reflects
+  Color weight, tint;
+  float eta;  // of the tinted coat
 };
+inline constexpr int max_layers = 3;
 
 struct Bsdf {
   std::array<Lobe, max_lobes> lobes;  // [0, count)
-  std::array<Layer, 2> layers;
+  std::array<Layer, max_layers> layers;
   int count = 0;
+  bool photon = false;  // shaded for a light path: the eye is on the side of wi
   Color emission{0};
   Color transparency{0};  // weight of what goes straight through: no event (design §3)
   V3f ng{0, 0, 1};        // geometric normal, on the side of wo: decides what is reflection and what transmission
@@ -72,7 +77,10 @@ struct BsdfSample {
 // Veach's factor for flux at a shading normal, |wo·n||wi·ng| / (|wo·ng||wi·n|); unclamped, 0 if it is not finite. R11: clamp to 4, count.
 [[nodiscard]] float adjoint_factor(const Bsdf& bsdf, int lobe, const V3f& wo, const V3f& wi) noexcept;
 
+// What a coating lets through to the eye in direction w: 1 minus its albedo's largest channel, times its tint along the slanted way.
+[[nodiscard]] Color layer_transmission(const Layer& layer, const V3f& w) noexcept;
+
 // Adds a lobe (a black one is left out; into a full list it replaces the weakest if that is weaker) and computes its albedo.
-void add_lobe(Bsdf& bsdf, const Lobe& lobe, const V3f& wo) noexcept;
+void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const LobeShape& shape, const V3f& wo, std::uint8_t under = 0) noexcept;
 
 }  // namespace sluice

@@ -29,7 +29,7 @@ namespace sluice {
 
 struct Fresnel {
   enum class Kind : std::uint8_t {
-    None,        // reflects everything
+    None,        // f0 at every angle
     Dielectric,  // of index eta
     Tinted,      // f0 at normal incidence, 1 at grazing, following the dielectric's curve between (Cycles' generalised Schlick)
     Metal,       // Schlick with f0, pulled by b to a colour at 82° (Kutz et al. 2021, F82)
@@ -58,7 +58,7 @@ struct Fresnel {
 
 [[nodiscard]] inline Color eval_fresnel(const Fresnel& fresnel, float c) noexcept {
   switch (fresnel.kind) {
-    case Fresnel::Kind::None: return Color(1);
+    case Fresnel::Kind::None: return fresnel.f0;
     case Fresnel::Kind::Dielectric: return Color(fresnel_dielectric(c, fresnel.eta));
     case Fresnel::Kind::Tinted: {
       const float s = fresnel_rise(fresnel_dielectric(c, fresnel.eta), fresnel.eta);
@@ -75,7 +75,7 @@ struct Fresnel {
 // Cosine-weighted mean over the hemisphere: what a second bounce inside a rough surface meets.
 [[nodiscard]] inline Color mean_fresnel(const Fresnel& fresnel) noexcept {
   switch (fresnel.kind) {
-    case Fresnel::Kind::None: return Color(1);
+    case Fresnel::Kind::None: return fresnel.f0;
     case Fresnel::Kind::Dielectric: return Color(fresnel_dielectric_mean(fresnel.eta));
     case Fresnel::Kind::Tinted: {
       const float s = fresnel_rise(fresnel_dielectric_mean(fresnel.eta), fresnel.eta);

@@ -45,6 +45,8 @@ class Material {
 
  private:
   friend class MaterialCompiler;
+  friend class NodeReader;
+  friend class ShaderReader;
   friend void shade(const Material&, const SurfacePoint&, Bsdf&) noexcept;
   friend Color eval_transparency(const Material&, const SurfacePoint&) noexcept;
 
