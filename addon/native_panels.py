@@ -7,10 +7,11 @@ ENGINE = 'SLUICE'
 
 _EXCLUDED = {
     # ours are in panels.py
-    "DATA_PT_light", "NODE_DATA_PT_light", "DATA_PT_area", "DATA_PT_spot", "OBJECT_PT_visibility",
+    "DATA_PT_light", "NODE_DATA_PT_light", "DATA_PT_area", "DATA_PT_spot", "OBJECT_PT_visibility", "RENDER_PT_simplify",
+    "RENDER_PT_simplify_viewport", "RENDER_PT_simplify_render",
     # options without effect here
     "DATA_PT_falloff_curve", "DATA_PT_camera_stereoscopy", "RENDER_PT_stereoscopy", "RENDER_PT_output_views",
-    "DATA_PT_volume_render", "RENDER_PT_simplify_greasepencil", "WORLD_PT_mist",
+    "DATA_PT_volume_render", "WORLD_PT_mist",
 }
 _EXCLUDED_WORDS = ("freestyle", "lightprobe", "hair", "gpencil", "grease")
 # Panels that name only EEVEE or Cycles, for nodes and depth of field

@@ -44,7 +44,8 @@ def shapes(items):
         corners, centre, tip = quad_corners(item)
         fills.append((corners[[0, 1, 2, 0, 2, 3]], (*color, 0.22 * strength)))
         lines.append((corners[[0, 1, 1, 2, 2, 3, 3, 0]], (*color, 0.95 * strength)))
-        lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
+        if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
+            lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
         if edit.role == 'EXIT' and edit.entry is not None:
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
             lines.append((link, np.array(((*_ENTRY, 0.7 * strength), (*_EXIT, 0.7 * strength)))))
@@ -98,7 +99,9 @@ def _draw_batch(gpu, kind, shader_name, parts, region_3d, strength, region=None)
     shader = compat.builtin_shader(gpu, shader_name)
     points = np.concatenate([points for points, _color in parts])
     colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
-    batch = batch_for_shader(shader, kind, {"pos": _nearer(points, region_3d).astype(np.float32), "color": colors.astype(np.float32)})
+    # Concatenated broadcast arrays come out column by column; the buffer wants rows
+    batch = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
+                                            "color": np.ascontiguousarray(colors, np.float32)})
     shader.bind()
     if region is not None:
         shader.uniform_float("viewportSize", (region.width, region.height))

@@ -113,6 +113,20 @@ class SLUICE_PT_performance(_RenderPanel, bpy.types.Panel):
         column.prop(render, "preview_pixel_size", text="Viewport Pixel Size")
 
 
+class SLUICE_PT_simplify(_RenderPanel, bpy.types.Panel):
+    bl_label = "Simplify"
+    bl_options = {'DEFAULT_CLOSED'}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context):
+        render, column = context.scene.render, _column(self)
+        column.active = render.use_simplify
+        column.prop(render, "simplify_subdivision", text="Max Subdivision Viewport")
+        column.prop(render, "simplify_subdivision_render", text="Render")
+
+
 # --- edits -----------------------------------------------------------------------------------------------------------------
 
 
@@ -136,9 +150,11 @@ def _known_names():
 
 def _draw_expression(layout, region, edit):
     side, warnings, error = _check(edit.expression, _known_names())
+    layout.label(text="Expression")
     row = layout.row()
+    row.use_property_split = False  # expressions are long: the whole width
     row.alert = error is not None
-    row.prop(edit, "expression")
+    row.prop(edit, "expression", text="")
     if error is not None:
         column, message = error
         alert = layout.column()
@@ -153,6 +169,14 @@ def _draw_expression(layout, region, edit):
         _sentence(layout, region, warning, 'INFO')
 
 
+def _halves(layout):
+    """A row for a name, left, and for numbers, right."""
+    split = layout.split(factor=0.5, align=True)
+    left = split.row(align=True)
+    left.alignment = 'LEFT'
+    return left, split.row(align=True)
+
+
 def _draw_exits(layout, entry):
     exits = operators.exits_of(entry)
     header = layout.row()
@@ -162,11 +186,12 @@ def _draw_exits(layout, entry):
     if not exits:
         return
     box = layout.box().column(align=True)
+    box.use_property_split = box.use_property_decorate = False
     for item in exits:
-        row = box.row(align=True)
-        row.operator("sluice.select_one", text=item.name, emboss=False).name = item.name
-        row.prop(item.sluice, "intensity", text="")
-        row.prop(item.sluice, "hue_shift", text="")
+        name, numbers = _halves(box)
+        name.operator("sluice.select_one", text=item.name, emboss=False).name = item.name
+        numbers.prop(item.sluice, "intensity", text="")
+        numbers.prop(item.sluice, "hue_shift", text="")
 
 
 def _draw_entry(layout, region, item):
@@ -199,8 +224,8 @@ def _draw_exit(layout, edit):
 def draw_edit(layout, region, item):
     """The whole panel of an edit's Empty."""
     edit = item.sluice
-    layout.use_property_split = True
     layout.row().prop(edit, "role", expand=True)
+    layout.use_property_split = True
     if edit.role == 'NONE':
         return
     column = layout.column()
@@ -210,14 +235,12 @@ def draw_edit(layout, region, item):
     else:
         _draw_exit(column, edit)
     place = layout.column()
-    place.prop(item, "empty_display_size", text="Half Side")
     place.prop(edit, "order")
     place.prop(edit, "offset")
 
 
-class SLUICE_PT_edit(_Panel, bpy.types.Panel):
+class _EditPanel(_Panel):
     bl_label = "Light Edit"
-    bl_context = "data"
 
     @classmethod
     def poll(cls, context):
@@ -231,11 +254,14 @@ class SLUICE_PT_edit(_Panel, bpy.types.Panel):
         draw_edit(self.layout, context.region, context.object)
 
 
-class SLUICE_PT_edit_sidebar(SLUICE_PT_edit):
+class SLUICE_PT_edit(_EditPanel, bpy.types.Panel):
+    bl_context = "data"
+
+
+class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
     bl_space_type = 'VIEW_3D'
     bl_region_type = 'UI'
     bl_category = "Sluice"
-    bl_context = ""
 
 
 # --- lamps and objects -------------------------------------------------------------------------------------------------------
@@ -307,7 +333,8 @@ class SLUICE_PT_visibility(_Panel, bpy.types.Panel):
 
 
 _classes = (
-    SLUICE_PT_sampling, SLUICE_PT_effects, SLUICE_PT_paths, SLUICE_PT_film, SLUICE_PT_performance,
+    SLUICE_PT_sampling, SLUICE_PT_effects, SLUICE_PT_paths, SLUICE_PT_film, SLUICE_PT_simplify,
+    SLUICE_PT_performance,
     SLUICE_PT_edit, SLUICE_PT_edit_sidebar, SLUICE_PT_lamp, SLUICE_PT_visibility,
 )
 

@@ -11,7 +11,7 @@ from .export.names import Names
 from .export.settings import export_settings
 
 _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
-_IGNORED = {'BRUSH', 'SCREEN', 'TEXT', 'WINDOWMANAGER', 'WORKSPACE', 'PALETTE', 'SOUND'}
+_IGNORED = {"Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound"}
 
 
 class View:
@@ -50,7 +50,7 @@ def update(engine, context, depsgraph):
 
 
 def _concerns_us(depsgraph):
-    return any(update.id.id_type not in _IGNORED for update in depsgraph.updates)
+    return any(update.id.bl_rna.identifier not in _IGNORED for update in depsgraph.updates)
 
 
 def draw(engine, context, depsgraph):
