@@ -15,6 +15,8 @@ inline M44d placed(const V3d& x, const V3d& y, const V3d& z, const V3d& at) {
 }
 inline M44d at(const V3d& place) { return placed({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, place); }
 
+inline std::string numbered(const char* name, int number) { return std::string(name).append(std::to_string(number)); }
+
 inline V3d random_direction(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   const V3d v(normal(random), normal(random), normal(random));
