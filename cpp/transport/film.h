@@ -21,12 +21,13 @@ inline constexpr int part_count = 5;
 
 // One view sample, or the mean of a pass's samples of one pixel.
 struct PixelSample {
-  std::array<Color, part_count> parts{};  // radiance, W/m²/sr
+  std::array<Color, part_count> parts;    // radiance, W/m²/sr
   float alpha = 0;                        // 0 where the world is seen
   float depth = 0;                        // along the view axis (m); the world: 1e10, as Blender has it
   V3f normal{0};                          // shading normal at the first hit
   Color albedo{0};                        // directional albedo there
 
+  PixelSample() noexcept { parts.fill(Color(0)); }  // Imath's vectors start undefined
   [[nodiscard]] Color combined() const noexcept { return parts[0] + parts[1] + parts[2] + parts[3] + parts[4]; }
 };
 

@@ -93,7 +93,8 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const int room = settings_.max_depth - path.depth - 1;
   const auto estimate = [&](EventMask mask, int joins) {
     ++counts.gathers;
-    std::array<Color, arrival_count> sum{};
+    std::array<Color, arrival_count> sum;
+    sum.fill(Color(0));
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
       ++counts.photons_gathered;

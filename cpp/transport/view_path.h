@@ -62,8 +62,8 @@ class ViewTracer {
 
   enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
   struct Arm {                                                      // one kind of lobe of v through which gathered light reaches the eye
-    int joins;
-    Color weight;
+    int joins = Joins::all;
+    Color weight{0};
   };
   struct Arms {
     std::array<Arm, 2> arm;
