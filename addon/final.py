@@ -12,6 +12,7 @@ from .export.names import Names
 from .export.settings import export_settings, for_preview
 
 POLL = 0.1  # seconds between two looks at the session and at Esc
+_PATIENCE = 1.0  # seconds in which a cancelled session ends (it promises half)
 _MOST_REPORTS = 20  # warnings shown in Blender; all of them go to stderr
 
 
@@ -94,13 +95,16 @@ def _run(engine, job, session):
     session.start(job.description, job.settings)
     job.description = None  # the core has its own copy now
     stream = status.Stream(engine, result, enabled=not status.in_background())
+    log = status.ProgressLog()
     stopped = False
     while not session.wait(POLL):
         if engine.test_break():
             session.cancel()
+            session.wait(_PATIENCE)
             stopped = True
             break
         stream.refresh(session)
+        log.write(session)
     progress = session.progress()
     if progress["state"] == 'failed':
         raise core_failure(progress)
@@ -112,6 +116,7 @@ def _run(engine, job, session):
         raise Failure("the render ended without an image")
     passes.write(result, images)
     engine.end_result(result)
+    log.close(session, job.warnings)
     _finish(engine, session, progress, job)
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a running render shows: status line, progress bar, memory, and the image as it refines."""
+import json
+import os
 import time
 
 import bpy
@@ -98,3 +100,34 @@ class Stream:
         if images is not None:
             passes.write(self._result, images)
             self._engine.update_result(self._result)
+
+
+class ProgressLog:
+    """One JSON object per line for each pass that ended, into the file that the environment variable SLUICE_PROGRESS_LOG names (none:
+    nothing happens). For tools that plot error against time; the last line holds statistics and warnings too."""
+
+    _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
+
+    def __init__(self):
+        path = os.environ.get("SLUICE_PROGRESS_LOG")
+        self._file = open(path, "w", encoding="utf-8") if path else None  # noqa: SIM115  (closed by close, or with the process)
+        self._pass = 0
+
+    def write(self, session):
+        if self._file is None or session.progress()["pass"] == self._pass:
+            return
+        self._pass = session.progress()["pass"]
+        self._put(session, {})
+
+    def close(self, session, warnings):
+        if self._file is None:
+            return
+        found = warnings + [tuple(warning) for warning in session.warnings()]
+        self._put(session, {"statistics": session.statistics(), "warnings": found})
+        self._file.close()
+        self._file = None
+
+    def _put(self, session, more):
+        progress = session.progress()
+        row = {key: progress[key] for key in self._KEYS}
+        print(json.dumps({**row, "effects": session.statistics()["effects"], **more}), file=self._file, flush=True)

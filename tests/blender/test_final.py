@@ -320,6 +320,23 @@ def test_sessions_are_stopped_by_unregister(fake_core):
     core.stop_all()
 
 
+def test_progress_log(fake_core, monkeypatch, tmp_path):
+    import json
+
+    from sluice import final
+    monkeypatch.setenv("SLUICE_PROGRESS_LOG", str(tmp_path / "log.jsonl"))
+    engine = _Engine()
+    engine.job = _job()
+    engine.job.settings.update(passes=5, photons=5 * 10**6)  # 0.05 s a pass
+    engine.job.warnings = [("Lamp", "is off")]
+    final.render(engine)
+    rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert len(rows) >= 2 and all(row["effects"] == [["direct", True, "there is a light"]] for row in rows)
+    assert [row["pass"] for row in rows] == sorted({row["pass"] for row in rows})
+    assert rows[-1]["pass"] == 5 and rows[-1]["stop_reason"] == 'passes' and rows[-1]["warnings"] == [["Lamp", "is off"]]
+    assert "statistics" in rows[-1] and "statistics" not in rows[0]
+
+
 def test_status_lines():
     from sluice import status
     progress = {"state": 'rendering', "pass": 3, "passes": 64, "photons": 3145678, "seconds": 72, "seconds_left": 3723.4,

@@ -114,7 +114,7 @@ class Session:
         return found
 
     def statistics(self):
-        return {"report": "effects: direct ran"}
+        return {"report": "effects: direct ran", "effects": [("direct", True, "there is a light")]}
 
     def film_hash(self):
         return "0123456789abcdef"
