@@ -179,7 +179,7 @@ class _Flattener:
                 inputs.append(_input(name, [0.0] * 4))
             elif source is not socket and source.type != socket.type and source.type != 'SHADER':
                 inputs.append(_input(name, [0.0] * 4, *self._constant_node(source)))  # the core converts between types
-            elif hasattr(source, "default_value") and not (source is socket and socket.hide_value):
+            elif hasattr(source, "default_value") and not source.hide_value:
                 value = _value_of(source)
                 if value is not None:
                     inputs.append(_input(name, value))
