@@ -89,34 +89,37 @@ std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   return V2d((to.dot(V3d(right_)) * scale - low_x_) / step_x_, (to.dot(V3d(up_)) * scale - low_y_) / step_y_);
 }
 
-// Cycles' pixel filters: Blackman-Harris over the filter's full width, or a box of one pixel. The two axes are independent.
+// Cycles' pixel filters: Blackman-Harris over the filter's full width, or a box of one pixel. The two axes are independent. The window
+// is symmetric: one half is tabulated, as the distance from the edge over the fourth root of the mass up to there, which is about
+// linear where the window is nearly 0.
 PixelFilter::PixelFilter(const FrameDescription& frame) {
   if (frame.filter_box) return;
   width_ = frame.filter_width;
-  constexpr int steps = 1024;
-  std::vector<double> cdf(steps + 1, 0.0);
-  const auto window = [](double x) {  // x in [0, 1] across the width
-    const double a = 2 * std::numbers::pi * x;
+  constexpr std::size_t fine = 8192, steps = 512;
+  std::vector<double> mass(fine + 1, 0.0);  // over [0, i / fine] of half the width, from the edge
+  const auto window = [](double x) {
+    const double a = std::numbers::pi * x;
     return 0.35875 - 0.48829 * std::cos(a) + 0.14128 * std::cos(2 * a) - 0.01168 * std::cos(3 * a);
   };
-  for (std::size_t i = 0; i < steps; ++i) cdf[i + 1] = cdf[i] + window((static_cast<double>(i) + 0.5) / steps);
-  inverse_cdf_.resize(steps + 1);
+  for (std::size_t i = 0; i < fine; ++i) mass[i + 1] = mass[i] + window((static_cast<double>(i) + 0.5) / fine);
+  edge_distance_.resize(steps + 1);
   std::size_t at = 0;
   for (std::size_t i = 0; i <= steps; ++i) {
-    const double target = cdf[steps] * static_cast<double>(i) / steps;
-    while (at + 1 < steps && cdf[at + 1] < target) ++at;
-    const double part = (target - cdf[at]) / (cdf[at + 1] - cdf[at]);
-    inverse_cdf_[i] = static_cast<float>((static_cast<double>(at) + std::clamp(part, 0.0, 1.0)) / steps - 0.5);
+    const double target = mass[fine] * std::pow(static_cast<double>(i) / steps, 4);
+    while (at + 1 < fine && mass[at + 1] < target) ++at;
+    const double part = (target - mass[at]) / (mass[at + 1] - mass[at]);
+    edge_distance_[i] = static_cast<float>((static_cast<double>(at) + std::clamp(part, 0.0, 1.0)) / (2 * fine));
   }
 }
 
 V2f PixelFilter::sample_filter(const V2f& u) const noexcept {
-  if (inverse_cdf_.empty()) return {width_ * (u.x - 0.5f), width_ * (u.y - 0.5f)};
+  if (edge_distance_.empty()) return {width_ * (u.x - 0.5f), width_ * (u.y - 0.5f)};
   const auto one = [&](float x) {
-    const float at = x * static_cast<float>(inverse_cdf_.size() - 1);
-    const std::size_t i = std::min(static_cast<std::size_t>(at), inverse_cdf_.size() - 2);
-    const float part = at - static_cast<float>(i);
-    return width_ * (inverse_cdf_[i] + part * (inverse_cdf_[i + 1] - inverse_cdf_[i]));
+    const float tail = 2 * std::min(x, 1 - x);
+    const float at = std::sqrt(std::sqrt(tail)) * static_cast<float>(edge_distance_.size() - 1);
+    const std::size_t i = std::min(static_cast<std::size_t>(at), edge_distance_.size() - 2);
+    const float distance = edge_distance_[i] + (at - static_cast<float>(i)) * (edge_distance_[i + 1] - edge_distance_[i]);
+    return width_ * (x < 0.5f ? distance - 0.5f : 0.5f - distance);
   };
   return {one(u.x), one(u.y)};
 }

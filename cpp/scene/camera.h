@@ -49,7 +49,7 @@ class PixelFilter {
 
  private:
   float width_ = 1;
-  std::vector<float> inverse_cdf_;  // empty: box
+  std::vector<float> edge_distance_;  // empty: box
 };
 
 }  // namespace sluice

@@ -58,7 +58,7 @@ std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& l
   if (!(cosine > 1e-7f)) return {};
   const Color radiance = radiance_at(parts, light, place, at.triangle, at.u, at.v, -wi);
   if (is_black(radiance)) return {};
-  return DirectSample{wi, std::max(distance - 2 * place.clearance.length() / cosine, 0.5 * distance), radiance,
+  return DirectSample{wi, short_of(distance, place.clearance.length(), cosine), radiance,
                       at.pmf_per_area * static_cast<float>(distance2) / cosine, false};
 }
 

@@ -57,7 +57,7 @@ std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp& lamp, 
   const V3f wi = Frame(axis).to_world(sample_cone(u, *cone)).normalized();
   auto hit = crossing(lamp, from, wi);
   if (!hit) hit = LampCrossing{std::sqrt(distance2), lamp.radiance * spot_factor(lamp, -wi)};  // rounding at the rim
-  return DirectSample{wi, std::max(hit->t - clearance_of(lamp), 0.5 * hit->t), hit->radiance, cone_pdf(*cone), false};
+  return DirectSample{wi, short_of(hit->t, clearance_of(lamp), 1), hit->radiance, cone_pdf(*cone), false};
 }
 
 float pdf_direct(const Parts&, const SphereLamp& lamp, const V3d& from, const V3f& wi, const Hit*) noexcept {

@@ -13,8 +13,8 @@ class SphericalRectangle {
   SphericalRectangle(double x0, double x1, double y0, double y1, double z) noexcept : x0_(x0), x1_(x1), y0_(y0), y1_(y1), z_(-z) {
     // normals of the four planes through the origin and an edge; only their z is needed (paper §4)
     const double zz = z * z;
-    const double n0 = y0 / std::sqrt(zz + y0 * y0), n1 = -x1 / std::sqrt(zz + x1 * x1);
-    const double n2 = -y1 / std::sqrt(zz + y1 * y1), n3 = x0 / std::sqrt(zz + x0 * x0);
+    const double n0 = -y0 / std::sqrt(zz + y0 * y0), n1 = x1 / std::sqrt(zz + x1 * x1);
+    const double n2 = y1 / std::sqrt(zz + y1 * y1), n3 = -x0 / std::sqrt(zz + x0 * x0);
     const auto angle = [](double a, double b) { return std::acos(std::clamp(-a * b, -1.0, 1.0)); };
     const double g0 = angle(n0, n1), g1 = angle(n1, n2), g2 = angle(n2, n3), g3 = angle(n3, n0);
     b0_ = n0, b1_ = n2;
