@@ -93,7 +93,7 @@ inline MaterialDescription one_node(const std::string& name, const std::string& 
   material.surface = 0;
   return material;
 }
-inline MaterialDescription diffuse(float grey) { return one_node("diffuse", "BsdfDiffuse", {input("Color", grey, grey, grey)}); }
+inline MaterialDescription diffuse(float grey) { return one_node("diffuse", "BsdfDiffuse", {input("Color", grey, grey, grey), input("Roughness", 0)}); }
 inline MaterialDescription glowing(const Color& c, float strength) { return one_node("glowing", "Emission", {input("Color", c.x, c.y, c.z), input("Strength", strength)}); }
 inline MaterialDescription see_through(const Color& c) { return one_node("see-through", "BsdfTransparent", {input("Color", c.x, c.y, c.z)}); }
 inline MaterialDescription background(const Color& c, float strength) { return one_node("sky", "Background", {input("Color", c.x, c.y, c.z), input("Strength", strength)}); }

@@ -58,8 +58,8 @@ TEST(SceneSurface, FilledAsTheMaterialNeeds) {
     }
   MaterialDescription material;  // an image laid by "Second" with a normal map, tinted by "Paint"
   material.name = "layers";
-  material.nodes.push_back({"BsdfDiffuse", "BSDF", {{"Color", {}, 1, "Color"}, {"Normal", {}, 2, "Normal"}}, {}, {}, -1});
-  material.nodes.push_back({"Attribute", "Paint", {}, {{"name", "Paint"}, {"attribute_type", "GEOMETRY"}}, {}, -1});
+  material.nodes.push_back({"BsdfDiffuse", "BSDF", {{"Color", {}, 1, "Color"}, {"Roughness", {}, -1, {}}, {"Normal", {}, 2, "Normal"}}, {}, {}, -1});
+  material.nodes.push_back({"Attribute", "Paint", {}, {{"attribute_name", "Paint"}, {"attribute_type", "GEOMETRY"}}, {}, -1});
   material.nodes.push_back({"NormalMap", "Normal Map", {{"Strength", {1, 1, 1, 1}, -1, {}}, {"Color", {0.6f, 0.5f, 1, 1}, -1, {}}}, {{"space", "TANGENT"}, {"uv_map", "Second"}}, {}, -1});
   material.surface = 0;
   SceneDescription description;
