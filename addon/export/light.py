@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from .material import light_emission
+
 _KINDS = {'POINT': 'Point', 'SPOT': 'Spot', 'SUN': 'Sun', 'AREA': 'Area'}
 _SHAPES = {'SQUARE': 'Square', 'RECTANGLE': 'Rectangle', 'DISK': 'Disk', 'ELLIPSE': 'Ellipse'}
 
@@ -11,7 +13,7 @@ _SHAPES = {'SQUARE': 'Square', 'RECTANGLE': 'Rectangle', 'DISK': 'Disk', 'ELLIPS
 def export_light(item, matrix_world, names, warn):
     """A LightDescription of a lamp object at `matrix_world`."""
     lamp = item.data
-    factor, tint = _node_emission(lamp, item.original.name, warn)
+    tint, factor = light_emission(lamp, warn) if lamp.use_nodes and lamp.node_tree is not None else ((1.0, 1.0, 1.0), 1.0)
     color = [a * b for a, b in zip(_color(lamp), tint)]
     description = {
         "names": names,
@@ -43,18 +45,3 @@ def _color(lamp):
     if getattr(lamp, "use_temperature", False):
         color = [a * b for a, b in zip(color, lamp.temperature_color)]
     return color
-
-
-def _node_emission(lamp, name, warn):
-    """(strength, colour) of a lamp's node tree: one Emission node with plain numbers, as Blender makes it. Else a warning."""
-    plain = 1.0, (1.0, 1.0, 1.0)
-    if not lamp.use_nodes or lamp.node_tree is None:
-        return plain
-    emissions = [node for node in lamp.node_tree.nodes if node.bl_idname == 'ShaderNodeEmission']
-    extra = [node for node in lamp.node_tree.nodes
-             if node.bl_idname not in {'ShaderNodeEmission', 'ShaderNodeOutputLight', 'NodeReroute', 'NodeFrame'}]
-    if len(emissions) != 1 or extra:
-        warn(name, "the lamp's shader nodes are ignored; its colour and power are used")
-        return plain
-    strength, color = emissions[0].inputs["Strength"], emissions[0].inputs["Color"]
-    return strength.default_value, tuple(color.default_value[:3])

@@ -34,7 +34,8 @@ def test_a_lamps_nodes(new_object, export_now):
     new_object("Lamp", lamp)
     description, warnings = export_now()
     assert description["lights"][0]["power"] == pytest.approx(3 * lamp.energy) and not warnings
-    lamp.node_tree.nodes.new('ShaderNodeBlackbody')
+    noise = lamp.node_tree.nodes.new('ShaderNodeTexNoise')
+    lamp.node_tree.links.new(noise.outputs[0], emission.inputs["Strength"])
     assert export_now()[1][0][0] == "Lamp"
 
 

@@ -11,7 +11,7 @@ import pytest
 from conftest import HERE, ROOT
 
 OUT = Path(os.environ.get("SLUICE_TEST_OUT", ROOT / "out" / "test")) / "gui"
-NEEDED = ("xvfb-run", "import")
+NEEDED = ("xvfb-run", "import", "xdotool")
 
 
 def _pixels(name):
@@ -26,7 +26,7 @@ def _difference(a, b):
     return float((np.abs(_pixels(a) - _pixels(b)).max(axis=2) > 0.05).mean())
 
 
-@pytest.mark.skipif(not all(map(shutil.which, NEEDED)), reason=f"needs {' and '.join(NEEDED)}")
+@pytest.mark.skipif(not all(map(shutil.which, NEEDED)), reason=f"needs {', '.join(NEEDED)}")
 def test_a_session_in_a_window():
     environment = dict(os.environ, SLUICE_CORE=str(HERE / "fakes"), SLUICE_TURNS="20" if os.environ.get("SLUICE_FULL") else "4")
     shutil.rmtree(OUT, ignore_errors=True)
@@ -42,3 +42,4 @@ def test_a_session_in_a_window():
     assert _difference("overlay", "rendered") > 0.2
     assert _difference("rendered_after_undo", "rendered_error") < 0.1  # the last image stays under the message
     assert _pixels("f12").std() > 0.01
+    assert _pixels("escaped").std() > 0.01  # the partial image

@@ -6,6 +6,7 @@ Ends Blender itself; a failure ends it with code 1."""
 import os
 import subprocess
 import sys
+import time
 import traceback
 from pathlib import Path
 
@@ -125,8 +126,25 @@ def rendered_steps():
     yield "render_running", 1
     yield "render_done", 4
     bpy.data.images["Render Result"].save_render(str(OUT / "f12.png"))
+    yield from escape_steps()
     area('VIEW_3D').spaces.active.shading.type = 'SOLID'
     yield None
+
+
+def escape_steps():
+    """A real key press stops a render that would take hours, soon; what it had so far stays."""
+    bpy.context.scene.sluice.passes = 1000000
+    bpy.ops.render.render('INVOKE_DEFAULT')
+    yield None, 1.5
+    assert bpy.app.is_job_running('RENDER')
+    subprocess.Popen(["xdotool", "mousemove", "500", "300", "key", "Escape"])
+    begin = time.monotonic()
+    while bpy.app.is_job_running('RENDER'):
+        assert time.monotonic() - begin < 5, "Esc does not stop the render"
+        yield None, 0.05
+    print(f"gui: stopped {time.monotonic() - begin:.2f} s after Esc", flush=True)
+    yield "render_escaped"
+    bpy.data.images["Render Result"].save_render(str(OUT / "escaped.png"))
 
 
 def edits():
