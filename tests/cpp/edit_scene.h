@@ -62,4 +62,19 @@ struct TestEdits {
       : edits(compile_edits(descriptions, entities, images, {centre, bounds}, max_gates, warnings)) {}
 };
 
+inline double uniform(std::mt19937_64& random, double low = 0, double high = 1) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline V3f to_float(const V3d& v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
+inline V3d to_double(const V3f& v) { return {v.x, v.y, v.z}; }
+
+struct Setting : TestEdits {
+  StateTable table{edits};
+  StateId lit = table.next(StateTable::light_start, edits.event_class(Event::L, -1));
+  StateId diffuse = table.next(lit, edits.event_class(Event::D, -1));
+  using TestEdits::TestEdits;
+
+  std::optional<Crossing> taken(const V3d& o, const V3d& d, double t_max = 1e9, int excluded = -1) { return edits.first_taken(table, lit, {o, d, 0, t_max, excluded}); }
+};
+
+inline const M44d flat = at(V3d(0));
+
 }  // namespace sluice
