@@ -2,7 +2,6 @@
 #include "shading/energy.h"
 
 #include <array>
-#include <vector>
 
 #include "base/random.h"
 #include "shading/fresnel.h"
@@ -34,30 +33,35 @@ struct Position {
   return {alpha, alpha};
 }
 
-// One sampled way from a grid direction: what arrives at cosine mu_i of side `side` is weighted by w.
-struct Way {
-  Position mu;
-  int side;
-  float weight;
-};
+// What leaves each grid direction, by the grid direction at which it arrives.
+template <int size>
+struct Kernel {
+  using Row = std::array<float, size>;
+  std::array<Row, size> from{};
 
-// Sinkhorn's iteration for the symmetric kernel that `ways` samples: a with a(o) Σ w a(i) = 1 (energy.h).
-template <std::size_t size>
-void balance(const std::array<std::vector<Way>, size>& ways, int nodes, std::array<float, size>& a, int iterations) {
-  a.fill(1);
-  for (int round = 0; round < iterations; ++round) {
-    std::array<float, size> next;
-    for (std::size_t o = 0; o < size; ++o) {
-      float sum = 0;
-      for (const Way& way : ways[o]) {
-        const float* row = a.data() + way.side * nodes + way.mu.low;
-        sum += way.weight * lerp(row[0], row[1], way.mu.f);
-      }
-      next[o] = std::sqrt(a[o] / std::max(sum, 0.05f));
-    }
-    a = next;
+  void add(int o, const Position& i, float weight) noexcept {
+    from[static_cast<std::size_t>(o)][static_cast<std::size_t>(i.low)] += weight * (1 - i.f);
+    from[static_cast<std::size_t>(o)][static_cast<std::size_t>(i.low + 1)] += weight * i.f;
   }
-}
+
+  [[nodiscard]] Row applied_to(const Row& a) const noexcept {
+    Row sums{};
+    for (std::size_t o = 0; o < size; ++o)
+      for (std::size_t i = 0; i < size; ++i) sums[o] += from[o][i] * a[i];
+    return sums;
+  }
+
+  // Sinkhorn's iteration: a with a(o) (Σ w a(i) + besides(o)) = wanted(o). w is symmetric in its natural measure, so the root converges.
+  [[nodiscard]] Row balance(const Row& besides, const Row& wanted) const noexcept {
+    Row a;
+    a.fill(1);
+    for (int round = 0; round < 40; ++round) {
+      const Row sums = applied_to(a);
+      for (std::size_t o = 0; o < size; ++o) a[o] = std::clamp(std::sqrt(a[o] * wanted[o] / std::max(sums[o] + besides[o], 1e-4f)), 0.05f, 20.0f);
+    }
+    return a;
+  }
+};
 
 constexpr int mu_nodes = 32, roughness_nodes = 32, reflecting_samples = 256;
 
@@ -75,8 +79,7 @@ struct ReflectingTable {
 
   void fill(int r) {
     const ggx::Alpha alpha = grid_alpha(r, roughness_nodes);
-    std::array<std::vector<Way>, mu_nodes> ways;
-    std::array<float, mu_nodes> a;
+    Kernel<mu_nodes> kernel;
     for (int m = 0; m < mu_nodes; ++m) {
       Reflecting sum{0, 0, 0};
       const V3f o = grid_direction(m, mu_nodes);
@@ -86,11 +89,13 @@ struct ReflectingTable {
         const float w = ggx::shadowing_ratio(o, i, alpha) / reflecting_samples, c = std::clamp(o.dot(h), 0.0f, 1.0f);
         const float m5 = square(square(1 - c)) * (1 - c);
         sum = {sum.total + w, sum.schlick + w * m5, sum.edge + w * c * m5 * (1 - c)};
-        ways[m].push_back({locate(std::sqrt(i.z), mu_nodes), 0, w});
+        kernel.add(m, locate(std::sqrt(i.z), mu_nodes), w);
       }
       nodes[r][m].albedo = sum;
     }
-    balance(ways, mu_nodes, a, 24);
+    std::array<float, mu_nodes> nothing{}, all;
+    all.fill(1);
+    const std::array<float, mu_nodes> a = kernel.balance(nothing, all);
     for (int m = 0; m < mu_nodes; ++m) nodes[r][m].balance = a[m];
     // ∫ E 2 mu dmu with mu = t²: trapezium rule in t
     double sum = 0, weights = 0;
@@ -116,16 +121,17 @@ struct ReflectingTable {
   return table;
 }
 
-constexpr int glass_mu_nodes = 24, glass_roughness_nodes = 16, glass_eta_nodes = 25, glass_samples = 128;
+constexpr int glass_mu_nodes = 24, glass_roughness_nodes = 16, glass_eta_nodes = 25, glass_samples = 64;
 constexpr float largest_tilt = 0.5f;  // (eta - 1) / (eta + 1) of eta = 3
 
 struct DielectricTable {
   using Row = std::array<Dielectric, glass_mu_nodes>;
+  using GlassKernel = Kernel<glass_mu_nodes>;
   std::array<std::array<Row, glass_eta_nodes>, glass_roughness_nodes> nodes;
 
   DielectricTable() {
     for (int r = 0; r < glass_roughness_nodes; ++r)
-      for (int e = 0; e <= glass_eta_nodes / 2; ++e) fill(r, e);
+      for (int e = glass_eta_nodes / 2; e < glass_eta_nodes; ++e) fill(r, e);
   }
 
   [[nodiscard]] static float grid_eta(int e) noexcept {
@@ -133,26 +139,32 @@ struct DielectricTable {
     return (1 + tilt) / (1 - tilt);
   }
 
-  // Both sides of one interface at once: eta and its mirror node, 1 / eta.
+  // Both sides of one interface at once. Seen from the thin side (eta > 1) reflection and transmission are raised alike, as far as no
+  // energy is lost. Reciprocity then says what is transmitted from the dense side; what is missing there is reflected.
   void fill(int r, int e) {
     const int mirror = glass_eta_nodes - 1 - e;
-    std::array<std::vector<Way>, 2 * glass_mu_nodes> ways;
-    std::array<float, 2 * glass_mu_nodes> a;
-    for (int side = 0; side < 2; ++side)
-      for (int m = 0; m < glass_mu_nodes; ++m)
-        nodes[r][side ? mirror : e][m] = scatter(r, grid_eta(side ? mirror : e), m, side, ways[side * glass_mu_nodes + m]);
-    balance(ways, glass_mu_nodes, a, 12);
+    GlassKernel reflected_outside, transmitted_inwards, reflected_inside, transmitted_outwards;
     for (int m = 0; m < glass_mu_nodes; ++m) {
-      nodes[r][e][m].balance = a[m];
-      nodes[r][mirror][m].balance = a[glass_mu_nodes + m];
+      nodes[r][e][m] = scatter(r, grid_eta(e), m, reflected_outside, transmitted_inwards);
+      if (e != mirror) nodes[r][mirror][m] = scatter(r, grid_eta(mirror), m, reflected_inside, transmitted_outwards);
+    }
+    if (e == mirror) return;
+    GlassKernel::Row all, nothing{}, rest;
+    all.fill(1);
+    const GlassKernel::Row outside = reflected_outside.balance(transmitted_inwards.applied_to(all), all);
+    const GlassKernel::Row outwards = transmitted_outwards.applied_to(outside);
+    for (std::size_t m = 0; m < glass_mu_nodes; ++m) rest[m] = std::max(0.0f, 1 - outwards[m]);
+    const GlassKernel::Row inside = reflected_inside.balance(nothing, rest);
+    for (int m = 0; m < glass_mu_nodes; ++m) {
+      nodes[r][e][m].balance = nodes[r][e][m].transmitted_balance = outside[m];
+      nodes[r][mirror][m].balance = inside[m];
     }
   }
 
-  [[nodiscard]] static Dielectric scatter(int r, float eta, int m, int side, std::vector<Way>& ways) {
+  [[nodiscard]] static Dielectric scatter(int r, float eta, int m, GlassKernel& reflected, GlassKernel& transmitted) {
     const ggx::Alpha alpha = grid_alpha(r, glass_roughness_nodes);
     const V3f o = grid_direction(m, glass_mu_nodes);
-    Dielectric sum{0, 0, 1};
-    ways.reserve(2 * glass_samples);
+    Dielectric sum{0, 0, 1, 1};
     for (std::uint32_t k = 0; k < glass_samples; ++k) {
       const V3f h = ggx::sample_visible(o, alpha, Sampler(7, k).pair(0));
       const float f = fresnel_dielectric(std::clamp(o.dot(h), 0.0f, 1.0f), eta);
@@ -160,12 +172,12 @@ struct DielectricTable {
       if (i.z > 0) {
         const float w = f * ggx::shadowing_ratio(o, i, alpha) / glass_samples;
         sum.reflected += w;
-        ways.push_back({locate(std::sqrt(i.z), glass_mu_nodes), side, w});
+        reflected.add(m, locate(std::sqrt(i.z), glass_mu_nodes), w);
       }
       if (ggx::refract(o, h, eta, i) && i.z < 0) {
         const float w = (1 - f) * ggx::shadowing_ratio(o, i, alpha) / glass_samples;
         sum.transmitted += w;
-        ways.push_back({locate(std::sqrt(std::min(1.0f, -i.z)), glass_mu_nodes), 1 - side, w});
+        transmitted.add(m, locate(std::sqrt(std::min(1.0f, -i.z)), glass_mu_nodes), w);
       }
     }
     return sum;
@@ -178,7 +190,8 @@ struct DielectricTable {
 }
 
 [[nodiscard]] Dielectric mix_of(const Dielectric& a, const Dielectric& b, float f) noexcept {
-  return {lerp(a.reflected, b.reflected, f), lerp(a.transmitted, b.transmitted, f), lerp(a.balance, b.balance, f)};
+  return {lerp(a.reflected, b.reflected, f), lerp(a.transmitted, b.transmitted, f), lerp(a.balance, b.balance, f),
+          lerp(a.transmitted_balance, b.transmitted_balance, f)};
 }
 
 }  // namespace

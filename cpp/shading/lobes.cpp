@@ -2,6 +2,10 @@
 // Diffuse-like shapes; the microfacet ones are in microfacet.cpp.
 #include "shading/lobes.h"
 
+#include <array>
+
+#include "base/random.h"
+
 namespace sluice {
 namespace {
 
@@ -10,19 +14,34 @@ namespace {
   return m * m * m * m * m;
 }
 
-// Albedos of shapes without a closed form: stratified cosine samples, as the albedo only steers choices and the Albedo pass.
+// Albedo of a shape without a closed form, over roughness and sqrt(mu), from cosine-weighted samples; made on first use.
 template <class Shape>
-[[nodiscard]] float sampled_albedo(const Shape& shape, float mu) noexcept {
-  constexpr int side = 4;
-  const V3f o(std::sqrt(std::max(0.0f, 1 - mu * mu)), 0, mu);
-  float sum = 0;
-  for (int x = 0; x < side; ++x)
-    for (int y = 0; y < side; ++y) {
-      const V3f i = sample_cosine({(static_cast<float>(x) + 0.5f) / side, (static_cast<float>(y) + 0.5f) / side});
-      sum += eval_shape(shape, o, i).x * pi / i.z;
-    }
-  return sum / (side * side);
-}
+struct AlbedoTable {
+  static constexpr int roughness_nodes = 12, mu_nodes = 24, samples = 256;
+  std::array<std::array<float, mu_nodes>, roughness_nodes> nodes;
+
+  template <class Make>
+  explicit AlbedoTable(Make&& make) {
+    for (int r = 0; r < roughness_nodes; ++r)
+      for (int m = 0; m < mu_nodes; ++m) {
+        const Shape shape = make(static_cast<float>(r) / (roughness_nodes - 1));
+        const float mu = std::max(1e-4f, square(static_cast<float>(m) / (mu_nodes - 1)));
+        const V3f o(std::sqrt(std::max(0.0f, 1 - mu * mu)), 0, mu);
+        float sum = 0;
+        for (std::uint32_t k = 0; k < samples; ++k) {
+          const V3f i = sample_cosine(Sampler(13, k).pair(0));
+          if (i.z > 0) sum += eval_shape(shape, o, i).x * pi / i.z;
+        }
+        nodes[static_cast<std::size_t>(r)][static_cast<std::size_t>(m)] = sum / samples;
+      }
+  }
+  [[nodiscard]] Color read(float roughness, float mu) const noexcept {
+    const float x = std::clamp(roughness, 0.0f, 1.0f) * (roughness_nodes - 1), y = std::sqrt(std::clamp(mu, 0.0f, 1.0f)) * (mu_nodes - 1);
+    const auto r = std::min(static_cast<std::size_t>(x), std::size_t{roughness_nodes - 2}), m = std::min(static_cast<std::size_t>(y), std::size_t{mu_nodes - 2});
+    const float f = x - static_cast<float>(r), g = y - static_cast<float>(m);
+    return Color((nodes[r][m] * (1 - g) + nodes[r][m + 1] * g) * (1 - f) + (nodes[r + 1][m] * (1 - g) + nodes[r + 1][m + 1] * g) * f);
+  }
+};
 
 }  // namespace
 
@@ -63,9 +82,21 @@ Color eval_shape(const Velvet& s, const V3f& o, const V3f& i) noexcept {
 
 Color albedo_shape(const Lambert&, float) noexcept { return Color(1); }
 Color albedo_shape(const Translucent&, float) noexcept { return Color(1); }
-Color albedo_shape(const OrenNayar& s, float mu) noexcept { return Color(sampled_albedo(s, mu)); }
-Color albedo_shape(const Burley& s, float mu) noexcept { return Color(sampled_albedo(s, mu)); }
-Color albedo_shape(const DisneySheen& s, float mu) noexcept { return Color(sampled_albedo(s, mu)); }
-Color albedo_shape(const Velvet& s, float mu) noexcept { return Color(sampled_albedo(s, mu)); }
+Color albedo_shape(const OrenNayar& s, float mu) noexcept {
+  static const AlbedoTable<OrenNayar> table([](float roughness) { return OrenNayar{roughness}; });
+  return table.read(s.roughness, mu);
+}
+Color albedo_shape(const Burley& s, float mu) noexcept {
+  static const AlbedoTable<Burley> table([](float roughness) { return Burley{roughness}; });
+  return table.read(s.roughness, mu);
+}
+Color albedo_shape(const DisneySheen&, float mu) noexcept {
+  static const AlbedoTable<DisneySheen> table([](float) { return DisneySheen{}; });
+  return table.read(0, mu);
+}
+Color albedo_shape(const Velvet& s, float mu) noexcept {
+  static const AlbedoTable<Velvet> table([](float roughness) { return Velvet{roughness}; });
+  return table.read(s.roughness, mu);
+}
 
 }  // namespace sluice

@@ -25,9 +25,16 @@ namespace {
   float g = ggx::shadowing_ratio(o, i, {s.alpha, s.alpha});
   if (s.balanced) {
     const float roughness = std::sqrt(s.alpha);
-    g *= energy::dielectric(o.z, roughness, s.eta).balance * energy::dielectric(-i.z, roughness, 1 / s.eta).balance;
+    g *= energy::dielectric(o.z, roughness, s.eta).transmitted_balance * energy::dielectric(-i.z, roughness, 1 / s.eta).transmitted_balance;
   }
   return s.lossless ? Color(g) : (Color(1) - eval_fresnel(s.fresnel, c)) * g;
+}
+
+// Share of a balanced glass that is reflected. From the thin side both halves are raised alike; from the dense side the refracted half
+// is what the thin side's factor makes of it, about the mean of that factor.
+[[nodiscard]] float balanced_reflectance(const energy::Dielectric& d, float mu, float roughness, float eta) noexcept {
+  if (eta >= 1) return d.reflected / std::max(d.reflected + d.transmitted, 0.05f);
+  return std::clamp(1 - d.transmitted * energy::dielectric(mu, roughness, 1 / eta).transmitted_balance, 0.0f, 1.0f);
 }
 
 // Half vector of a refraction, on the side of o; false where i cannot come from it.
@@ -85,7 +92,7 @@ Color albedo_shape(const Reflection& s, float mu) noexcept {
     const energy::Dielectric d = energy::dielectric(mu, roughness, s.fresnel.eta);
     const float f0 = f0_of_ior(s.fresnel.eta), rise = std::clamp((d.reflected - f0 * e.total) / (1 - f0), 0.0f, e.total);
     single = s.fresnel.kind == Fresnel::Kind::Tinted ? s.fresnel.f0 * (e.total - rise) + Color(rise) : Color(d.reflected);
-    if (s.balanced) return single / std::max(d.reflected + d.transmitted, 0.05f);
+    if (s.balanced) return single * (balanced_reflectance(d, mu, roughness, s.fresnel.eta) / std::max(d.reflected, 1e-4f));
   } else if (s.fresnel.kind == Fresnel::Kind::Metal) {
     single = s.fresnel.f0 * (e.total - e.schlick) + Color(e.schlick) - s.fresnel.b * e.edge;
   }
@@ -137,7 +144,7 @@ Color albedo_shape(const Refraction& s, float mu) noexcept {
   }
   const energy::Dielectric d = energy::dielectric(mu, std::sqrt(s.alpha), s.eta);
   float t = d.transmitted;
-  if (s.balanced) t /= std::max(d.reflected + t, 0.05f);
+  if (s.balanced) t = 1 - balanced_reflectance(d, mu, std::sqrt(s.alpha), s.eta);
   t = std::max(t, 1e-3f);  // never 0 where a tilted facet could transmit: a lobe of no albedo is never chosen
   const float f0 = f0_of_ior(s.eta);
   if (s.lossless) return Color(std::min(1.0f, t / std::max(0.05f, 1 - fresnel_dielectric(mu, s.eta))));
