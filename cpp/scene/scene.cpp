@@ -44,16 +44,16 @@ Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcep
   const Instance& instance = parts.instances[raw.instance];
   const auto [a, b, c] = parts.corners(instance, raw.triangle);
   const V3d direction(ray.direction);
-  V3d n = (b - a).cross(c - a);
-  const double length = n.length();
-  n = length > 0 ? n * (instance.side / length) : -direction;
+  const V3d n = (b - a).cross(c - a);
   double t = n.dot(a - ray.origin) / n.dot(direction);
   // in the triangle's own plane the quotient means nothing: there Embree's is as good as any
-  if (!(std::abs(t - raw.t) <= 1e-3 * raw.t + 8 * (instance.clearance + ray.clearance.length()))) t = raw.t;
+  const double slack = instance.clearance + std::abs(ray.clearance.x) + std::abs(ray.clearance.y) + std::abs(ray.clearance.z);
+  if (!(std::abs(t - raw.t) <= 1e-3 * raw.t + 8 * slack)) t = raw.t;
   t = std::max(t, 0.0);
   const V3d position = ray.origin + direction * t;
   const double reach = std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
-  const V3f ng(n);
+  const double squared = n.length2();
+  const V3f ng = squared > 0 ? V3f(n * (instance.side / std::sqrt(squared))) : -ray.direction;
   const float clearance = instance.clearance + instance.clearance_rate * static_cast<float>(reach);
   return {t, position, ng, ng * clearance, raw.instance, raw.triangle, raw.u, raw.v};
 }

@@ -44,7 +44,7 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guid
 
   float density = 0;  // of the line on the plane across it
   const Distribution& strategies = guide.strategies[light];
-  for (std::size_t s = 0; s < strategies.size(); ++s) {
+  for (std::size_t s = 0; s <= guide.targets.size(); ++s) {
     const Target& candidate = s == 0 ? all : guide.targets[s - 1];
     if (strategies.pmf(s) > 0 && (s == strategy.index || passes_through(candidate, origin, sample->direction)))
       density += strategies.pmf(s) / (pi * square(candidate.radius));
@@ -57,7 +57,11 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
   const auto point = sample_position(scene, light, u_part, sampler.pair(1));
   if (!point || !(point->pdf_area > 0)) return {};
   V3f direction;
-  if (strategy.index == 0) {
+  const std::size_t by_table = guide.targets.size() + 1;
+  const DirectionTable& table = guide.directions[static_cast<std::size_t>(light)];
+  if (strategy.index == by_table) {
+    direction = table.sample(strategy.u, sampler.pair(2));
+  } else if (strategy.index == 0) {
     const auto sample = sample_direction(scene, light, *point, strategy.u, sampler.pair(2));
     if (!sample) return {};
     direction = sample->direction;
@@ -67,7 +71,8 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
   }
   const Distribution& strategies = guide.strategies[light];
   float density = strategies.pmf(0) * pdf_direction(scene, light, *point, direction);
-  for (std::size_t s = 1; s < strategies.size(); ++s) {
+  if (strategies.pmf(by_table) > 0) density += strategies.pmf(by_table) * table.pdf(direction);
+  for (std::size_t s = 1; s < by_table; ++s) {
     if (!(strategies.pmf(s) > 0)) continue;
     const Cone cone(guide.targets[s - 1], point->position);
     if (s == strategy.index || cone.contains(direction)) density += strategies.pmf(s) * cone_pdf(cone.one_minus_cos);
@@ -85,6 +90,8 @@ std::uint64_t Guide::hash() const noexcept {
   for (const Target& t : targets) add(t.centre.x), add(t.centre.y), add(t.centre.z), add(t.radius);
   for (const Distribution& d : strategies)
     for (std::size_t i = 0; i < d.size(); ++i) add(d.pmf(i));
+  for (const DirectionTable& table : directions)
+    for (std::size_t i = 0; i < table.distribution().size(); ++i) add(table.distribution().pmf(i));
   add(radius), add(caustic_radius);
   return h;
 }

@@ -2,6 +2,7 @@
 #include "transport/pilot.h"
 
 #include <algorithm>
+#include <numeric>
 #include <unordered_set>
 
 #include "transport/density.h"
@@ -12,8 +13,8 @@ namespace sluice {
 namespace {
 
 constexpr float own_share = 0.25f;     // least share of a light's own distribution (design §5)
-constexpr float close_share = 0.5f;    // of the photons of a light go towards what sends them on to caustics and edits
-constexpr float seen_share = 0.25f;    // towards what the camera sees, if most photons miss it
+constexpr float close_share = 0.25f;   // of the photons of a light go towards what sends them on to caustics and edits
+constexpr float seen_share = 0.5f;     // towards what the camera sees: by directions, or from infinity towards a sphere around it
 constexpr std::size_t most_targets = 64;
 constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
 
@@ -103,12 +104,16 @@ Target sphere_around(const Quad& quad) {
 
 // What paths towards each target brought, and what all of them brought.
 struct Yield {
-  std::vector<double> close;   // per target: useful light that arrived by mirrors, glass or exits
-  double seen = 0, all = 0;    // luminous flux stored where the camera looks, and anywhere
+  std::vector<double> close;       // per target: useful light that arrived by mirrors, glass or exits
+  std::vector<double> directions;  // per cell of DirectionTable: useful light that started there
+  double seen = 0, all = 0;        // luminous flux stored where the camera looks, and anywhere
 
   void operator+=(const Yield& o) {
-    close.resize(std::max(close.size(), o.close.size()));
-    for (std::size_t i = 0; i < o.close.size(); ++i) close[i] += o.close[i];
+    const auto add = [](std::vector<double>& to, const std::vector<double>& from) {
+      to.resize(std::max(to.size(), from.size()));
+      for (std::size_t i = 0; i < from.size(); ++i) to[i] += from[i];
+    };
+    add(close, o.close), add(directions, o.directions);
     seen += o.seen, all += o.all;
   }
 };
@@ -140,9 +145,10 @@ class Pilot {
     std::vector<float> power;
     for (const Light& light : scene_.lights()) power.push_back(light.power);
     guide.lights = Distribution(power);
-    std::vector<float> even(guide.targets.size() + 1, 0.5f / static_cast<float>(std::max<std::size_t>(guide.targets.size(), 1)));
-    even[0] = 0.5f;
+    std::vector<float> even(guide.targets.size() + 2, 0.5f / static_cast<float>(std::max<std::size_t>(guide.targets.size(), 1)));
+    even.front() = 0.5f, even.back() = 0;
     guide.strategies.assign(power.size(), Distribution(even));
+    guide.directions.resize(power.size());
     if (!guide.lights.empty()) share_out(guide, seen, seen_target, power);
     return guide;
   }
@@ -158,8 +164,9 @@ class Pilot {
       if (edits[e].side != Side::Light || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
       Guide aim;
       aim.targets = {sphere_around(edits[e].entry)};
-      const float towards[] = {0, 1};
+      const float towards[] = {0, 1, 0};
       aim.strategies.assign(static_cast<std::size_t>(lights), Distribution(towards));
+      aim.directions.resize(static_cast<std::size_t>(lights));
       LightTracer& tracer = tracers_[0];
       tracer.counts = {};
       tracer.counts.edits.resize(static_cast<std::size_t>(edits.size()));
@@ -186,14 +193,18 @@ class Pilot {
       const Yield& yield = yields[l];
       // A light that the pilot did not see at work may still matter: a tenth of the photons follow power alone.
       share.push_back(static_cast<float>(yield.seen + 0.1 * yield.all) + 0.1f * power[l] * static_cast<float>(std::min(1.0, total_ / std::max(guide.lights.total(), 1e-30))));
-      std::vector<float> weights(guide.targets.size() + 1, 0.0f);
+      std::vector<float> weights(guide.targets.size() + 2, 0.0f);
       double close = 0;
       for (const double c : yield.close) close += c;
-      const bool misses = seen_target >= 0 && yield.all > 0 && yield.seen < 0.5 * yield.all;
       if (close > 0)
         for (std::size_t t = 0; t < guide.targets.size(); ++t) weights[t + 1] = static_cast<float>(close_share * yield.close[t] / close);
-      if (misses) weights[static_cast<std::size_t>(seen_target) + 1] += seen_share;
-      weights[0] = std::max(own_share, 1 - (close > 0 ? close_share : 0) - (misses ? seen_share : 0));
+      if (!is_infinite(scene_.lights()[l])) {
+        guide.directions[l] = DirectionTable(std::vector<float>(yield.directions.begin(), yield.directions.end()));
+        if (!guide.directions[l].empty()) weights.back() = seen_share;
+      } else if (seen_target >= 0 && yield.seen < 0.5 * yield.all) {
+        weights[static_cast<std::size_t>(seen_target) + 1] += seen_share;
+      }
+      weights[0] = std::max(own_share, 1 - std::accumulate(weights.begin() + 1, weights.end(), 0.0f));
       guide.strategies[l] = Distribution(weights);
     }
     const Distribution lights(share);
@@ -225,17 +236,22 @@ class Pilot {
   }
 
   void account(const Guide& guide, const VisibleCells& seen, const EmittedPhoton& start, const std::vector<Photon>& photons, Yield& yield) const {
-    double close = 0;
+    double close = 0, seen_flux = 0;
     for (const Photon& photon : photons) {
       const double flux = luminance(photon.flux());
       yield.all += flux;
       if (!seen.contains(photon.position)) continue;
-      yield.seen += flux;
+      seen_flux += flux;
       if (photon.arrival() == Arrival::Caustic || photon.arrival() == Arrival::Edited) close += flux;
+    }
+    yield.seen += seen_flux;
+    const bool infinite = is_infinite(scene_.lights()[static_cast<std::size_t>(start.light)]);
+    if (!infinite) {
+      yield.directions.resize(DirectionTable::cells);
+      yield.directions[static_cast<std::size_t>(DirectionTable::cell(start.direction))] += seen_flux;
     }
     if (close == 0) return;
     yield.close.resize(guide.targets.size());
-    const bool infinite = is_infinite(scene_.lights()[static_cast<std::size_t>(start.light)]);
     for (std::size_t t = 0; t < guide.targets.size(); ++t)
       if (aims_at(guide.targets[t], start.origin, start.direction, infinite)) yield.close[t] += close;
   }

@@ -13,7 +13,7 @@ struct TransportSettings {
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
   float radius_factor = 16;         // k: radius in footprints of a pixel, in general
-  float caustic_radius_factor = 8;  // and for caustics and edited light
+  float caustic_radius_factor = 4;  // and for caustics and edited light
 };
 
 }  // namespace sluice
