@@ -66,7 +66,7 @@ def still_life():
 
 def lights():
     m.world((0.20, 0.26, 0.36), 0.10)
-    m.light("Lamp", "POINT", (-0.62, -0.16, 0.42), 7.0, (1.0, 0.76, 0.48), shadow_soft_size=0.008)
+    m.light("Lamp", "POINT", (-0.53, -0.17, 0.46), 7.0, (1.0, 0.76, 0.48), shadow_soft_size=0.008)
     m.light("Window", "AREA", (-0.9, -1.5, 1.3), 13.0, (0.66, 0.80, 1.0), target=(0, 0.1, 0.1), shape="RECTANGLE", size=0.8, size_y=1.1)
 
 
@@ -82,5 +82,5 @@ still_life()
 lights()
 edits()
 m.camera((0.06, -1.32, 0.40), (0.03, 0.12, 0.125), lens=47, focus=(EGG[0], EGG[1] - 0.05, 0.09), f_stop=5.6)
-scene.sluice.passes = 64
+scene.sluice.passes, scene.sluice.photons = 64, 60000
 m.save(__file__)

@@ -109,8 +109,8 @@ def lights():
 
 def edits():
     """Only the sun's own light: the sky's stays where it falls."""
-    patch = m.entry("Sun patch", "L'Sun'", (-1.1, -0.75, 0), (0, 0, 1), (1, 0, 0), (2.2, 2.2), feather=0.05)
-    m.exit_of(patch, "Sun patch on the rug", (1.0, -0.4, 0.0125), (0, 0, 1), (1, 0, 0), (2.2, 2.2))
+    patch = m.entry("Sun patch", "L'Sun'", (-1.2, 0.02, 0), (0, 0, 1), (1, 0, 0), (2.0, 2.1), feather=0.03)
+    m.exit_of(patch, "Sun patch on the rug", (1.0, -0.12, 0.0125), (0, 0, 1), (1, 0, 0), (2.0, 2.1))
 
 
 scene = m.start()
@@ -121,5 +121,5 @@ lights()
 edits()
 m.camera((0.0, -3.55, 1.42), (0.12, 0.6, 0.80), lens=25)
 scene.view_settings.exposure = 0.9
-scene.sluice.passes = 64
+scene.sluice.passes, scene.sluice.photons = 64, 60000
 m.save(__file__)

@@ -49,6 +49,8 @@ def show_progress(out: Path, name: str, shown: dict):
 def render(name: str, options) -> str | None:
     """Renders a scene in a Blender of its own; returns what went wrong, if something did."""
     log = options.out / f"{name}.log"
+    for label in ("without", "with"):
+        (options.out / f"{name}_{label}.jsonl").unlink(missing_ok=True)
     command = ["blender", "--addons", "sluice", "-b", ROOT / f"blend_scenes/{name}.blend", "--python-exit-code", "1",
                "--python", ROOT / "tools/demo_render.py", "--", options.out, str(options.seconds), str(options.percent), options.engine]  # fmt: skip
     with open(log, "w") as file:
@@ -59,7 +61,8 @@ def render(name: str, options) -> str | None:
             show_progress(options.out, name, shown)
     if process.returncode == 0 and (options.out / f"{name}.json").exists():
         return None
-    tail = [line for line in log.read_text(errors="replace").splitlines() if "rror" in line][-3:]
+    lines = log.read_text(errors="replace").splitlines()
+    tail = [line for line in lines if line.startswith("sluice: error")] or [line for line in lines if "rror" in line][-3:]
     return f"Blender ended with {process.returncode}; {' | '.join(tail) or 'see its log'} ({log})"
 
 

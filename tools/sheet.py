@@ -2,6 +2,7 @@
 """Pictures about pictures: before/after sheets with the edits as captions, and error against time."""
 
 import math
+import textwrap
 from pathlib import Path
 
 import matplotlib
@@ -29,8 +30,11 @@ def side_by_side(title: str, pictures: list[tuple[str, Path]], lines: list[str],
     """Two or more pictures in a row, a label over each and lines of text below, at the pictures' own pixels."""
     images = [plt.imread(picture) for _, picture in pictures]
     height, width = images[0].shape[:2]
-    dpi, gap, head, foot = 100, 12, 84, 22 + 24 * len(lines)
-    total_w, total_h = width * len(images) + gap * (len(images) + 1), height + head + foot
+    dpi, gap = 100, 12
+    total_w = width * len(images) + gap * (len(images) + 1)
+    lines = [part for line in lines for part in textwrap.wrap(line, (total_w - 2 * gap) // 10, subsequent_indent="    ", drop_whitespace=False)]
+    head, foot = 84, 22 + 24 * len(lines)
+    total_h = height + head + foot
     figure = plt.figure(figsize=(total_w / dpi, total_h / dpi), dpi=dpi, facecolor=PAPER)
     figure.text(gap / total_w, 1 - 30 / total_h, title, fontsize=17, weight="bold", va="center")
     for i, ((label, _), picture) in enumerate(zip(pictures, images, strict=True)):
