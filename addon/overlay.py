@@ -77,17 +77,19 @@ def _draw():
         return
     items = _visible_edits(context)
     if items:
-        _draw_shapes(shapes(items), context.region, context.region_data)
+        # In a rendered view the light below must be seen, not the tint
+        tint = 0.2 if view.shading.type == 'RENDERED' else 1.0
+        _draw_shapes(shapes(items), context.region, context.region_data, tint)
 
 
-def _draw_shapes(found, region, region_3d):
+def _draw_shapes(found, region, region_3d, tint):
     import gpu
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_mask_set(False)
     # Once solid where it is in front, once faint where something hides it
     for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
         gpu.state.depth_test_set(depth_test)
-        _draw_batch(gpu, 'TRIS', "SMOOTH_COLOR", found.fills, region_3d, strength)
+        _draw_batch(gpu, 'TRIS', "SMOOTH_COLOR", found.fills, region_3d, strength * tint)
         _draw_batch(gpu, 'LINES', "POLYLINE_SMOOTH_COLOR", found.lines, region_3d, strength, region)
     gpu.state.depth_test_set('NONE')
     gpu.state.depth_mask_set(True)
