@@ -132,7 +132,7 @@ void set_shading(const InstanceDescription& description, const MeshDescription& 
 
 void place_instances(Scene::Parts& parts, Warnings& warnings) {
   const SceneDescription& description = parts.description;
-  Tally singular, grey;
+  Tally singular, grey, huge;
   std::vector<const InstanceDescription*> usable;
   std::vector<std::size_t> uses(description.meshes.size(), 0);
   Bounds world;
@@ -144,14 +144,20 @@ void place_instances(Scene::Parts& parts, Warnings& warnings) {
       singular.add(first_name(instance.names));
       continue;
     }
+    const Bounds bounds = world_bounds(mesh, instance.matrix);
+    constexpr double most = 1e15;  // rays further out meet nothing, and squares of distances must fit into floats
+    if (!(bounds.diagonal() < most && bounds.middle().length() < most)) {
+      huge.add(first_name(instance.names));
+      continue;
+    }
     const bool named = std::any_of(instance.materials.begin(), instance.materials.end(), [](int m) { return m >= 0; });
     if (!named) grey.add(first_name(instance.names));
     usable.push_back(&instance);
     ++uses[static_cast<std::size_t>(instance.mesh)];
-    const Bounds bounds = world_bounds(mesh, instance.matrix);
     world.add(bounds.low), world.add(bounds.high);
   }
   singular.report("its scale is 0 in some direction, or its matrix is not finite: left out", warnings);
+  huge.report("it is more than 1e15 m large or away: left out", warnings);
   grey.report("has no material: drawn in neutral grey", warnings);
 
   const Box box = world.empty() ? Box() : Box(world.low, world.high);

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bad descriptions: what is refused, what is left out and said, and that nothing crashes (numerics R5, R6, R7).
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
+
 #include "scene_fixtures.h"
 
 namespace sluice::test {
@@ -109,6 +113,37 @@ TEST(SceneCompile, LeavesOutSingularInstancesByName) {  // R6
     }
   }
 }
+
+TEST(SceneCompile, HugeAndTinyScenes) {  // R3
+  for (const double scale : {1e-8, 1e-4, 1e4, 1e8, 1e12}) {
+    SceneDescription description;
+    place(description, add(description, sphere(16)), scaling(V3d(scale)));
+    const auto scene = compiled(description);
+    Random random(3);
+    int leaks = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const auto hit = scene->intersect({V3d(random.direction()) * (0.5 * scale), random.direction()});
+      leaks += !hit || !(hit->t < 2 * scale);
+    }
+    EXPECT_EQ(leaks, 0) << scale;
+  }
+  SceneDescription description = simple();
+  place(description, 0, translation({1e17, 0, 0}), 0, "Lost");
+  place(description, 0, scaling(V3d(1e16)), 0, "Vast");
+  Warnings warnings;
+  const auto scene = compile(description, warnings, {}, 1);
+  EXPECT_TRUE(mentions(warnings, "Lost", "1e15 m"));
+  EXPECT_EQ(scene->instance_count(), 1u);
+}
+
+#ifdef __SSE__
+TEST(SceneCompile, LeavesTheFloatingPointModeAlone) {  // R12
+  const unsigned before = _mm_getcsr() & ~0x3fu;  // without the sticky flags
+  const auto scene = compiled(simple());
+  (void)scene->intersect({V3d(0, 0, 1), V3f(0, 0, -1)});
+  EXPECT_EQ(_mm_getcsr() & ~0x3fu, before);
+}
+#endif
 
 TEST(SceneCompile, SaysWhatIsMissing) {
   Warnings warnings;
