@@ -148,7 +148,7 @@ TEST(Expression, Limits) {
 }
 
 TEST(Expression, SideIsAPropertyOfTheLanguage) {
-  for (const char* light : {"L", "L.*S D", "L(S|D)*", "LS|LD", "(L|L'Sun')S", "L'a'{1}D", "(LD{0}|L)S", "L(!(X|F)E)?S", "LF'E'"})
+  for (const char* light : {"L", "L.*S D", "L(S|D)*", "LS|LD", "(L|L'Sun')S", "L'a'{1}D", "(LD{0}|L)S", "L(!(X|F)E)?S", "L|E!(X|F)", "LF'E'"})
     EXPECT_EQ(check_edit_expression(light), Side::Light) << light;
   for (const char* view : {"E", "SE", "S+E", ".*E", "DE|SE", "(S'Mirror'|F)*E", "C", "!D E", "XE", "[DS]E"}) EXPECT_EQ(check_edit_expression(view), Side::View) << view;
 

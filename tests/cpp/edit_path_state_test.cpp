@@ -53,6 +53,18 @@ TEST_F(PathState, OncePerPathUnlessRepeat) {
   EXPECT_TRUE(table.takes(q, 2));  // repeats
 }
 
+// The paper's L(!F_i)*: with `repeat` the guard alone keeps an edit from acting twice.
+TEST(PathStateGuards, AreReadWhenAnEditRepeats) {
+  std::vector<EditDescription> two{edit_at("A", at({0, 0, 0}), "L(!F'A')*", 0), edit_at("B", at({5, 0, 0}), "L(!F'A')*", 1)};
+  two[0].repeat = two[1].repeat = true;
+  TestEdits test(two, entities);
+  StateTable table(test.edits);
+  const StateId q = table.next(StateTable::light_start, test.edits.event_class(Event::L, Lamp));
+  EXPECT_EQ(list(table.taking(q)), (Taken{0, 1}));
+  EXPECT_EQ(list(table.taking(table.through(q, 1))), (Taken{0, 1}));
+  EXPECT_TRUE(table.taking(table.through(q, 0)).empty());
+}
+
 TEST_F(PathState, CapsStopAtMaxGates) {
   StateId q = lit;
   for (int i = 0; i < 8; ++i) {
