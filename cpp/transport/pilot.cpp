@@ -16,6 +16,7 @@ constexpr float own_share = 0.25f;     // least share of a light's own distribut
 constexpr float close_share = 0.25f;   // of the photons of a light go towards what sends them on to caustics and edits
 constexpr float seen_share = 0.5f;     // towards what the camera sees: by directions, or from infinity towards a sphere around it
 constexpr std::size_t most_targets = 64;
+constexpr double photons_per_gather = 24;  // at y, first pass: view samples are the noise, so more photons cost time and blur for nothing
 constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -28,6 +29,7 @@ class VisibleCells {
   }
   [[nodiscard]] bool contains(const V3f& p) const { return cells_.contains(key(V3d(p))); }
   [[nodiscard]] bool empty() const noexcept { return points_.empty(); }
+  [[nodiscard]] const std::vector<V3d>& points() const noexcept { return points_; }
 
   // A sphere around all but the outermost 2 % of the points.
   [[nodiscard]] Target sphere() const {
@@ -149,7 +151,9 @@ class Pilot {
     even.front() = 0.5f, even.back() = 0;
     guide.strategies.assign(power.size(), Distribution(even));
     guide.directions.resize(power.size());
-    if (!guide.lights.empty()) share_out(guide, seen, seen_target, power);
+    if (guide.lights.empty()) return guide;
+    share_out(guide, seen, seen_target, power);
+    size_gathers(guide, seen);
     return guide;
   }
 
@@ -211,8 +215,21 @@ class Pilot {
     if (!lights.empty()) guide.lights = lights;
   }
 
+  // The radii at y, so that gathers of the first pass find about photons_per_gather photons.
+  void size_gathers(Guide& guide, const VisibleCells& seen) {
+    PhotonMap map;
+    map.build(photons_, (1u << arrival_count) - 1, 2 * guide.radius, pool_);
+    const std::size_t step = std::max<std::size_t>(1, seen.points().size() / 1024);
+    double found = 0, asked = 0;
+    for (std::size_t i = 0; i < seen.points().size(); i += step, ++asked) map.query(V3f(seen.points()[i]), guide.radius, [&](const Photon&) { ++found; });
+    const double expected = asked > 0 ? found / asked * settings_.photons / pilot_paths : 0;
+    if (expected > photons_per_gather) guide.radius_scale = static_cast<float>(std::sqrt(photons_per_gather / expected));
+    guide.radius *= guide.radius_scale;
+  }
+
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
     const std::size_t chunks = pilot_paths / paths_per_chunk, lights = scene_.lights().size();
+    photons_.assign(chunks, {});
     std::vector<std::vector<Yield>> chunk_yield(chunks, std::vector<Yield>(lights));
     pool_.parallel_for(chunks, [&](std::size_t c, int thread) {
       LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
@@ -225,6 +242,7 @@ class Pilot {
         photons.clear();
         tracer.trace(*photon, 1.0f / pilot_paths, sampler, path, photons);
         account(guide, seen, *photon, photons, chunk_yield[c][static_cast<std::size_t>(photon->light)]);
+        photons_[c].insert(photons_[c].end(), photons.begin(), photons.end());
       }
     });
     std::vector<Yield> yields(lights);
@@ -262,6 +280,7 @@ class Pilot {
   ThreadPool& pool_;
   const std::atomic<bool>& cancel_;
   std::vector<LightTracer> tracers_;
+  std::vector<std::vector<Photon>> photons_;  // of the pilot, by chunk
   double total_ = 0;
 };
 

@@ -160,7 +160,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   surface_emission(path, segment, far_, arms);
   if (!effects_.indirect || path.depth + 2 > settings_.max_depth) return;
   const float spread = std::min(1.0f, 1 / std::sqrt(sample->pdf));  // angle of the lobe that was sampled
-  gather_at(path, far_, arms, radius_at(footprint(path) + length * spread, settings_.radius_factor));
+  gather_at(path, far_, arms, radius_at(footprint(path) + length * spread, settings_.radius_factor) * gather_scale_);
 }
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.

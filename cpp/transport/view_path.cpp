@@ -15,7 +15,7 @@ constexpr int max_lamps = 16;      // lamps with a shape on one segment
 
 void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
   photons_ = &photons;
-  radius_scale_ = radius_scale(context.pass);
+  radius_scale_ = radius_scale(context.pass), gather_scale_ = context.guide.radius_scale;
   counts = {};
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   state_of_.clear();

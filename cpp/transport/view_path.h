@@ -115,7 +115,7 @@ class ViewTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   const PhotonSet* photons_ = nullptr;
-  float radius_scale_ = 1;
+  float radius_scale_ = 1, gather_scale_ = 1;
 
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number
