@@ -13,7 +13,7 @@ _SHAPES = {'SQUARE': 'Square', 'RECTANGLE': 'Rectangle', 'DISK': 'Disk', 'ELLIPS
 def export_light(item, matrix_world, names, warn):
     """A LightDescription of a lamp object at `matrix_world`."""
     lamp = item.data
-    tint, factor = light_emission(lamp, warn) if lamp.use_nodes and lamp.node_tree is not None else ((1.0, 1.0, 1.0), 1.0)
+    tint, factor = light_emission(lamp, warn)
     color = [a * b for a, b in zip(_color(lamp), tint)]
     description = {
         "names": names,

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from test_final import _channels
+from test_final import _channels, write_layers
 
 PARTS = ("Direct", "Caustics", "Edited", "Indirect", "Emission")
 
@@ -57,7 +57,7 @@ def picture(room, tmp_path):
     def run(name="image"):
         from test_final import _tool
         path = tmp_path / f"{name}.exr"
-        room.render.image_settings.file_format, room.render.image_settings.color_depth = 'OPEN_EXR_MULTILAYER', '32'
+        write_layers(room)
         room.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
         header = _tool("--info", "-v", path)

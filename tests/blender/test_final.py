@@ -25,8 +25,7 @@ def rendered(edited_scene, fake_core, tmp_path):
     """rendered(): renders the scene in this process and returns {pass: (h, w, channels)} read back from the EXR file."""
     def run(name="image"):
         path = tmp_path / f"{name}.exr"
-        settings = edited_scene.render.image_settings
-        settings.file_format, settings.color_depth = 'OPEN_EXR_MULTILAYER', '32'
+        write_layers(edited_scene)
         edited_scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
         return path
@@ -37,6 +36,14 @@ def _save(tmp_path, name="scene"):
     path = tmp_path / f"{name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
+
+
+def write_layers(scene):
+    """Multilayer EXR of full floats. From 5.0 the kind of medium is chosen first."""
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = 'MULTI_LAYER_IMAGE'
+    settings.file_format, settings.color_depth = 'OPEN_EXR_MULTILAYER', '32'
 
 
 def _tool(*args):

@@ -121,12 +121,12 @@ def rendered_steps():
     bpy.data.objects["Light Edit"].sluice.expression = "LS+"
     bpy.ops.object.camera_add(location=(7, -7, 5), rotation=(1.1, 0, 0.8))
     bpy.context.scene.camera = bpy.context.object
+    yield from escape_steps()  # before F12: Blender ends with code 1 when the last render was escaped
     bpy.context.scene.sluice.passes = 16
     bpy.ops.render.render('INVOKE_DEFAULT')
     yield "render_running", 1
     yield "render_done", 4
     bpy.data.images["Render Result"].save_render(str(OUT / "f12.png"))
-    yield from escape_steps()
     area('VIEW_3D').spaces.active.shading.type = 'SOLID'
     yield None
 
