@@ -247,7 +247,7 @@ def _options(node):
     options = {}
     for name in _OPTIONS:
         value = getattr(node, name, None)
-        if isinstance(value, (bool, str, int, float)):
+        if isinstance(value, bool | str | int | float):
             options[name] = ("1" if value else "0") if isinstance(value, bool) else str(value)
     if getattr(node, "object", None) is not None:
         options["object"] = "1"
@@ -257,7 +257,7 @@ def _options(node):
 def _value_of(socket):
     """Four floats; None of what is no number (strings, menus, rotations)."""
     value = socket.default_value
-    if isinstance(value, (bool, int, float)):
+    if isinstance(value, bool | int | float):
         return [float(value)] * 4
     if isinstance(value, str):
         return None
