@@ -12,24 +12,32 @@ namespace {
 enum : std::size_t { NX, NY, NZ, Offset, UX, UY, UZ, U0, SlackU, VX, VY, VZ, V0, SlackV };
 
 constexpr std::size_t chunk = QuadSet::few;
-constexpr std::size_t leaf_size = 4;
+constexpr std::size_t leaf_size = 16;
 
 bool is_member(std::span<const std::uint64_t> members, int edit) noexcept {
   const auto e = static_cast<std::size_t>(edit);
   return members.empty() || (e / 64 < members.size() && ((members[e / 64] >> (e % 64)) & 1));
 }
 
-// Where the segment enters the box, or infinity. Roundings are relative to t, so widening the far end keeps every crossing (Ize 2013).
-double enter_box(const V3d& low, const V3d& high, const V3d& origin, const V3d& inverse, double t_min, double t_max) noexcept {
-  double near = t_min, far = t_max;
-  for (int axis = 0; axis < 3; ++axis) {
-    const bool back = inverse[axis] < 0;
-    const double t0 = ((back ? high : low)[axis] - origin[axis]) * inverse[axis];
-    const double t1 = ((back ? low : high)[axis] - origin[axis]) * inverse[axis];
-    if (t0 > near) near = t0;  // 0 · inf is NaN and narrows nothing
-    if (t1 < far) far = t1;
+// Halves a range at the median of the longest side of its middles.
+std::size_t halve(std::span<std::uint32_t> range, const std::vector<V3d>& low, const std::vector<V3d>& high) {
+  const auto middle = [&](std::uint32_t q) { return low[q] + high[q]; };
+  V3d least = middle(range[0]), most = least;
+  for (const std::uint32_t q : range) {
+    const V3d m = middle(q);
+    for (int axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], m[axis]);
+      most[axis] = std::max(most[axis], m[axis]);
+    }
   }
-  return near <= far * (1 + 0x1p-48) ? near : std::numeric_limits<double>::infinity();
+  const V3d size = most - least;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const auto half = static_cast<std::ptrdiff_t>(range.size() / 2);
+  std::nth_element(range.begin(), range.begin() + half, range.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const double ma = middle(a)[axis], mb = middle(b)[axis];
+    return ma < mb || (ma == mb && a < b);
+  });
+  return range.size() / 2;
 }
 
 }  // namespace
@@ -56,40 +64,47 @@ void QuadSet::build() {
   if (size() <= few) return;
   std::vector<std::uint32_t> order(size());
   std::iota(order.begin(), order.end(), 0u);
-  nodes_.push_back({{}, {}, 0, static_cast<std::uint32_t>(size())});
-  for (std::size_t node = 0; node < nodes_.size(); ++node) split(node, order);
+  (void)make_node(order, 0);
   permute(order);
 }
 
-// Halves a node at the median of its longest side until it is a leaf: depth is log2 of the number of quads.
-void QuadSet::split(std::size_t node, std::vector<std::uint32_t>& order) {
-  const std::uint32_t begin = nodes_[node].first, count = nodes_[node].count;
-  const auto range = std::span(order).subspan(begin, count);
-  V3d low(std::numeric_limits<double>::infinity()), high = -low;
-  V3d low_middle = low, high_middle = high;
-  for (const std::uint32_t q : range) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double middle = low_[q][axis] + high_[q][axis];
-      low[axis] = std::min(low[axis], low_[q][axis]);
-      high[axis] = std::max(high[axis], high_[q][axis]);
-      low_middle[axis] = std::min(low_middle[axis], middle);
-      high_middle[axis] = std::max(high_middle[axis], middle);
+// Three halvings make eight children; depth is log8 of the number of quads.
+std::uint32_t QuadSet::make_node(std::span<std::uint32_t> range, std::uint32_t begin) {
+  const auto number = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.emplace_back();
+  std::vector<std::span<std::uint32_t>> parts{range};
+  for (int level = 0; level < 3; ++level) {
+    std::vector<std::span<std::uint32_t>> halves;
+    for (const auto& part : parts) {
+      if (part.size() <= leaf_size) {
+        halves.push_back(part);
+        continue;
+      }
+      const std::size_t half = halve(part, low_, high_);
+      halves.push_back(part.first(half));
+      halves.push_back(part.subspan(half));
     }
+    parts = std::move(halves);
   }
-  nodes_[node].low = low;
-  nodes_[node].high = high;
-  if (count <= leaf_size) return;
-  const V3d size = high_middle - low_middle;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const std::uint32_t half = count / 2;
-  std::nth_element(range.begin(), range.begin() + half, range.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const double ma = low_[a][axis] + high_[a][axis], mb = low_[b][axis] + high_[b][axis];
-    return ma < mb || (ma == mb && a < b);
-  });
-  nodes_[node].first = static_cast<std::uint32_t>(nodes_.size());
-  nodes_[node].count = 0;
-  nodes_.push_back({{}, {}, begin, half});
-  nodes_.push_back({{}, {}, begin + half, count - half});
+  Node node;
+  for (std::size_t child = 0; child < Node::width; ++child) {
+    const auto part = child < parts.size() ? parts[child] : std::span<std::uint32_t>();
+    for (int axis = 0; axis < 3; ++axis) {
+      double low = std::numeric_limits<double>::infinity(), high = -low;  // of no quads: a box that nothing enters
+      for (const std::uint32_t q : part) {
+        low = std::min(low, low_[q][axis]);
+        high = std::max(high, high_[q][axis]);
+      }
+      node.low[axis][child] = low;
+      node.high[axis][child] = high;
+    }
+    const bool is_leaf = part.size() <= leaf_size;
+    node.first[child] = is_leaf ? begin : make_node(part, begin);
+    node.count[child] = is_leaf ? static_cast<std::uint32_t>(part.size()) : 0;
+    begin += static_cast<std::uint32_t>(part.size());
+  }
+  nodes_[number] = node;
+  return number;
 }
 
 void QuadSet::permute(const std::vector<std::uint32_t>& order) {
@@ -134,31 +149,45 @@ void QuadSet::scan(const Segment& segment, double& t_max, std::size_t begin, std
   }
 }
 
+// Boxes are entered conservatively: roundings are relative to t, so widening the far end keeps every crossing (Ize 2013).
 template <class Found>
 void QuadSet::search(const Segment& segment, double& t_max, const Found& found) const noexcept {
   if (nodes_.empty()) return scan(segment, t_max, 0, size(), found);
-  const V3d& d = segment.direction;
-  const V3d inverse(1 / d.x, 1 / d.y, 1 / d.z);
-  const auto enter = [&](const Node& node) { return enter_box(node.low, node.high, segment.origin, inverse, segment.t_min, t_max); };
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const V3d o = segment.origin, inverse(1 / segment.direction.x, 1 / segment.direction.y, 1 / segment.direction.z);
   struct Open {
-    std::uint32_t node;
+    std::uint32_t first, count;
     double near;
   };
-  Open stack[64];
-  int count = 0;
-  if (const double near = enter(nodes_[0]); near < std::numeric_limits<double>::infinity()) stack[count++] = {0, near};
-  while (count > 0) {
-    const Open open = stack[--count];
-    if (open.near > t_max) continue;
-    const Node& node = nodes_[open.node];
-    if (node.count > 0) {
-      scan(segment, t_max, node.first, node.first + node.count, found);
+  Open stack[Node::width * 12];  // 8^12 quads
+  std::size_t open = 0;
+  stack[open++] = {0, 0, segment.t_min};
+  while (open > 0) {
+    const Open next = stack[--open];
+    if (next.near > t_max) continue;
+    if (next.count > 0) {
+      scan(segment, t_max, next.first, next.first + next.count, found);
       continue;
     }
-    Open a{node.first, enter(nodes_[node.first])}, b{node.first + 1, enter(nodes_[node.first + 1])};
-    if (a.near < b.near) std::swap(a, b);  // the nearer one is popped first
-    if (a.near < std::numeric_limits<double>::infinity()) stack[count++] = a;
-    if (b.near < std::numeric_limits<double>::infinity()) stack[count++] = b;
+    const Node& node = nodes_[next.first];
+    double near[Node::width], far[Node::width];
+    std::fill(near, near + Node::width, segment.t_min);
+    std::fill(far, far + Node::width, t_max);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double *enter = inverse[axis] < 0 ? node.high[axis] : node.low[axis], *leave = inverse[axis] < 0 ? node.low[axis] : node.high[axis];
+      for (std::size_t c = 0; c < Node::width; ++c) {
+        const double t0 = (enter[c] - o[axis]) * inverse[axis], t1 = (leave[c] - o[axis]) * inverse[axis];
+        near[c] = t0 > near[c] ? t0 : near[c];  // 0 · inf is NaN and narrows nothing
+        far[c] = t1 < far[c] ? t1 : far[c];
+      }
+    }
+    const std::size_t base = open;
+    for (std::size_t c = 0; c < Node::width; ++c) {
+      if (!(near[c] <= far[c] * (1 + 0x1p-48)) || near[c] == never) continue;
+      std::size_t at = open++;  // the nearest is popped first
+      for (; at > base && stack[at - 1].near < near[c]; --at) stack[at] = stack[at - 1];
+      stack[at] = {node.first[c], node.count[c], near[c]};
+    }
   }
 }
 

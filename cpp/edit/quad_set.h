@@ -50,16 +50,18 @@ class QuadSet {
   void all(const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
 
  private:
+  // Up to eight children side by side, so that their boxes are tested in one vectorised loop.
   struct Node {
-    V3d low, high;
-    std::uint32_t first = 0, count = 0;  // leaf: quads [first, first + count); inner (count = 0): children first and first + 1
+    static constexpr std::size_t width = 8;
+    double low[3][width], high[3][width];
+    std::uint32_t first[width], count[width];  // leaf: quads [first, first + count); inner (count = 0): node `first`
   };
   // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.
   template <class Found>
   void scan(const Segment& segment, double& t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept;
   template <class Found>
   void search(const Segment& segment, double& t_max, const Found& found) const noexcept;
-  void split(std::size_t node, std::vector<std::uint32_t>& order);
+  std::uint32_t make_node(std::span<std::uint32_t> range, std::uint32_t begin);
   void permute(const std::vector<std::uint32_t>& order);
 
   // By component, so that the loop is vectorised.
