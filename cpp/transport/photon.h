@@ -46,14 +46,14 @@ inline constexpr int arrival_count = 4;
 }
 
 struct Photon {
-  V3f position;
-  std::uint32_t wi;          // towards where the light came from
-  std::uint32_t normal;      // geometric, on the side the light arrived at
-  std::uint16_t mantissa[3]; // flux (W) = mantissa · 2^(exponent - 144)
-  std::uint8_t exponent;
-  std::uint8_t state[3];     // q of the path so far, an index into the pass's table of states
-  std::uint8_t arrival_and_gates;  // 2 + 6 bits
-  std::uint8_t depth;              // D, S, G events so far
+  V3f position{0};
+  std::uint32_t wi = 0;      // towards where the light came from
+  std::uint32_t normal = 0;  // geometric, on the side the light arrived at
+  std::uint16_t mantissa[3] = {};  // flux (W) = mantissa · 2^(exponent - 144)
+  std::uint8_t exponent = 18;
+  std::uint8_t state[3] = {};      // q of the path so far, an index into the pass's table of states
+  std::uint8_t arrival_and_gates = 0;  // 2 + 6 bits
+  std::uint8_t depth = 0;          // D, S, G events so far
 
   [[nodiscard]] Arrival arrival() const noexcept { return static_cast<Arrival>(arrival_and_gates & 3); }
   [[nodiscard]] std::uint32_t q() const noexcept { return state[0] | (state[1] << 8) | (static_cast<std::uint32_t>(state[2]) << 16); }

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The parts of a pass on their own: stored photons, their map, random streams, the film.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "scene_fixtures.h"
+#include "transport/film.h"
+#include "transport/pass.h"
+#include "transport/photon_map.h"
+
+namespace sluice {
+namespace {
+
+TEST(Photon, DirectionsComeBackWithinFiveThousandthsOfADegree) {
+  test::Random random(1);
+  float worst = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const V3f d = random.direction();
+    const V3f back = unpack_direction(pack_direction(d));
+    EXPECT_NEAR(back.length(), 1, 1e-6);
+    worst = std::max(worst, (back - d).length());
+  }
+  for (const V3f& axis : {V3f(1, 0, 0), V3f(-1, 0, 0), V3f(0, 1, 0), V3f(0, -1, 0), V3f(0, 0, 1), V3f(0, 0, -1)})
+    worst = std::max(worst, (unpack_direction(pack_direction(axis)) - axis).length());
+  EXPECT_LT(worst, 5e-3 * pi / 180);
+}
+
+TEST(Photon, FluxKeepsSixteenBitsOfTheLargestChannel) {
+  test::Random random(2);
+  for (int i = 0; i < 100000; ++i) {
+    const auto scale = static_cast<float>(std::pow(10.0, random.real(-25, 25)));
+    const Color flux(random.unit() * scale, random.unit() * scale, random.unit() * scale);
+    Photon photon;
+    photon.set_flux(flux);
+    const Color back = photon.flux();
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[c], flux[c], max_component(flux) * 0x1p-16f) << flux;
+  }
+  Photon black;
+  black.set_flux(Color(0));
+  EXPECT_EQ(black.flux(), Color(0));
+}
+
+TEST(Photon, KeepsItsState) {
+  Photon photon;
+  for (const std::uint32_t q : {0u, 1u, 0x123456u, 0xffffffu}) {
+    photon.set_q(q);
+    EXPECT_EQ(photon.q(), q);
+  }
+}
+
+std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks, int each, const V3d& centre, double spread) {
+  std::vector<std::vector<Photon>> all(static_cast<std::size_t>(chunks));
+  for (auto& chunk : all)
+    for (int i = 0; i < each; ++i) {
+      Photon photon;
+      photon.position = V3f(centre + V3d(random.real(-1, 1), random.real(-1, 1), random.real(-0.1, 0.1)) * spread);
+      photon.set_q(random.bits() & 0xffffffu);
+      photon.arrival_and_gates = static_cast<std::uint8_t>(random.bits() & 3u);
+      chunk.push_back(photon);
+    }
+  return all;
+}
+
+// Numerics D5: also with cells far smaller than the scene and far from the origin.
+TEST(PhotonMap, FindsWhatBruteForceFinds) {
+  ThreadPool pool(2);
+  for (const auto& [spread, radius, cell] : {std::tuple{1.0, 0.1f, 0.2f}, {1.0, 0.5f, 0.05f}, {1e4, 500.0f, 1000.0f}, {1.0, 0.02f, 0.2f}, {1e6, 1e-7f, 2e-7f}}) {
+    test::Random random(3);
+    const auto chunks = random_photons(random, 5, 400, V3d(spread * 3, 0, -spread), spread);
+    PhotonMap map;
+    map.build(chunks, 0b0101, cell, pool);
+    for (int query = 0; query < 500; ++query) {
+      const V3f p = chunks[0][static_cast<std::size_t>(query % 400)].position + V3f(random.direction() * radius * random.unit());
+      std::multiset<std::uint32_t> found, expected;
+      map.query(p, radius, [&](const Photon& photon) { found.insert(photon.q()); });
+      for (const auto& chunk : chunks)
+        for (const Photon& photon : chunk) {
+          const V3f d = photon.position - p;
+          if ((photon.arrival_and_gates & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q());
+        }
+      ASSERT_EQ(found, expected) << spread << ' ' << query;
+    }
+  }
+}
+
+TEST(PhotonMap, OrderDoesNotDependOnThreads) {
+  test::Random random(4);
+  const auto chunks = random_photons(random, 7, 300, V3d(0), 1);
+  std::vector<std::vector<std::uint32_t>> orders;
+  for (const int threads : {1, 2, 5}) {
+    ThreadPool pool(threads);
+    PhotonMap map;
+    map.build(chunks, 0b1111, 0.2f, pool);
+    orders.emplace_back();
+    map.query(V3f(0), 0.7f, [&](const Photon& photon) { orders.back().push_back(photon.q()); });
+  }
+  EXPECT_GT(orders[0].size(), 100u);
+  EXPECT_EQ(orders[0], orders[1]);
+  EXPECT_EQ(orders[0], orders[2]);
+}
+
+// Each aligned run of 2^k indices has one point in each of the 2^k equal elementary boxes of every shape: a (0, k, 2)-net.
+TEST(Sampler, PairsAreStratifiedInEveryElementaryBox) {
+  for (const std::uint64_t key : {1ull, 77ull, 0xdeadbeefull})
+    for (const std::uint32_t pair : {0u, 3u, 11u})
+      for (int log_columns = 0; log_columns <= 6; ++log_columns) {
+        const int columns = 1 << log_columns, rows = 64 / columns;
+        std::set<int> boxes;
+        for (std::uint32_t i = 0; i < 64; ++i) {
+          const V2f u = Sampler(key, i).pair(pair);
+          ASSERT_TRUE(u.x >= 0 && u.x < 1 && u.y >= 0 && u.y < 1);
+          boxes.insert(static_cast<int>(u.x * static_cast<float>(columns)) * rows + static_cast<int>(u.y * static_cast<float>(rows)));
+        }
+        EXPECT_EQ(boxes.size(), 64u) << key << ' ' << pair << ' ' << columns;
+      }
+}
+
+// Numerics D9, and §10 "streams": the mean of four streams converges as fast as one sequence should.
+TEST(Sampler, StreamsConvergeFasterThanChance) {
+  double squares = 0;
+  constexpr int trials = 200, passes = 256;
+  for (int t = 0; t < trials; ++t) {
+    double sum = 0;
+    for (int pass = 0; pass < passes; ++pass) {
+      const V2f u = Sampler(key_of(9, Purpose::View, static_cast<std::uint64_t>(t), static_cast<std::uint64_t>(pass % stream_count)), static_cast<std::uint32_t>(pass / stream_count)).pair(2);
+      sum += u.x * u.y;
+    }
+    squares += square(sum / passes - 0.25);
+  }
+  const double rmse = std::sqrt(squares / trials), by_chance = std::sqrt(7.0 / 144 / passes);
+  EXPECT_LT(rmse, by_chance / 10);
+}
+
+TEST(Sampler, NeverReachesOne) {
+  EXPECT_LT(to_unit(0xffffffffu), 1.0f);
+  EXPECT_EQ(to_unit(0), 0.0f);
+}
+
+std::vector<PixelSample> samples_of(const Film& film, int tile, int pass) {
+  const Film::Box box = film.box(tile);
+  std::vector<PixelSample> samples;
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x) {
+      PixelSample sample;
+      sample.parts[static_cast<std::size_t>((x + y + pass) % part_count)] = Color(static_cast<float>(x) / 3, static_cast<float>(y) / 7, 1.0f / static_cast<float>(pass + 1));
+      sample.alpha = 1, sample.depth = 2;
+      samples.push_back(sample);
+    }
+  return samples;
+}
+
+TEST(Film, PartsSumToCombinedAndTilesMayComeInAnyOrder) {
+  Film forward(70, 45), backward(70, 45);
+  for (int pass = 0; pass < 10; ++pass) {
+    for (int t = 0; t < forward.tile_count(); ++t) forward.add_tile(t, pass, samples_of(forward, t, pass));
+    for (int t = backward.tile_count(); t-- > 0;) backward.add_tile(t, pass, samples_of(backward, t, pass));
+    if ((pass + 1) % passes_per_block == 0) forward.close_block(), backward.close_block();
+  }
+  EXPECT_EQ(forward.hash(), backward.hash());
+  EXPECT_EQ(forward.finished_passes(), 10);
+  const auto combined = forward.image("Combined");
+  std::vector<double> sum(70 * 45 * 3, 0.0);
+  for (const char* part : {"Direct", "Caustics", "Edited", "Indirect", "Emission"}) {
+    const auto image = forward.image(part);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += image[i];
+  }
+  for (std::size_t p = 0; p < 70 * 45; ++p)
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(combined[p * 4 + c], sum[p * 3 + c], 1e-5);
+  EXPECT_FLOAT_EQ(forward.image("Depth")[0], 2);
+}
+
+// The estimate is the truth on average: pixels of pure noise with a known standard deviation.
+TEST(Film, RelativeErrorIsThatOfTheNoise) {
+  constexpr int side = 64, passes = 64;
+  Film film(side, side);
+  test::Random random(6);
+  double worst = 0;
+  for (int pass = 0; pass < passes; ++pass)
+    for (int t = 0; t < film.tile_count(); ++t) {
+      auto samples = samples_of(film, t, pass);
+      for (PixelSample& s : samples) {
+        s.parts.fill(Color(0));
+        s.parts[0] = Color(static_cast<float>(1 + 0.5 * (random.real(-1, 1) * std::sqrt(3.0))));
+      }
+      film.add_tile(t, pass, samples);
+    }
+  const double expected = 0.5 / std::sqrt(passes) / std::sqrt(1.01);
+  worst = std::abs(film.relative_error() / expected - 1);
+  EXPECT_LT(worst, 4 * std::sqrt(2.0 / 3) / side / 2) << "four standard errors of a variance from 4 streams over 64² pixels";
+}
+
+// Numerics D7.
+TEST(Film, DoubleSumsDoNotDrift) {
+  Film film(1, 1);
+  PixelSample sample;
+  sample.parts[0] = Color(0.1f);
+  for (int pass = 0; pass < 1000000; ++pass) {
+    film.add_tile(0, pass, {sample});
+    if ((pass + 1) % passes_per_block == 0) film.close_block();
+  }
+  EXPECT_NEAR(film.image("Direct")[0] / 0.1f, 1, 1e-7);
+}
+
+}  // namespace
+}  // namespace sluice

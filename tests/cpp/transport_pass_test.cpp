@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A pass is a pure function of its index: the same bits alone or after others, for any number of threads; and its ledger closes.
+#include "edit_scene.h"
+#include "scene_fixtures.h"
+#include "transport/photon_pass.h"
+#include "transport/pilot.h"
+#include "transport/view_pass.h"
+
+namespace sluice {
+namespace {
+
+// A lamp over a floor with a glass ball, and an edit that moves its caustic.
+SceneDescription small_world(const std::string& expression = "LS+") {
+  SceneDescription scene;
+  test::place(scene, test::add(scene, test::grid(2)), test::scaling({3, 3, 1}), test::add(scene, test::diffuse(0.7f)), "Floor");
+  auto glass = test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)});
+  test::place(scene, test::add(scene, test::sphere(24)), test::translation({0, 0, 1.2}), test::add(scene, glass), "Ball");
+  LightDescription lamp;
+  lamp.names = {"Lamp"};
+  lamp.matrix = test::translation({1, 0.5, 4});
+  lamp.power = 300, lamp.radius = 0.1f;
+  scene.lights.push_back(lamp);
+  EditDescription edit;
+  edit.expression = expression;
+  edit.entry = quad("Entry", at({0, 0, 0}), 0, 0.9);
+  edit.exits.push_back({.quad = quad("Exit", at({1.8, 0, 0}), 1, 0.9), .intensity = 0.8f, .hue_shift = 1});
+  scene.edits.push_back(edit);
+  scene.camera.matrix = test::translation({0, 0, 8});
+  scene.frame = {.width = 48, .height = 40, .x0 = 0, .y0 = 0, .x1 = 48, .y1 = 40};
+  return scene;
+}
+
+struct Renderer {
+  explicit Renderer(const Scene& the_scene, int threads)
+      : scene(the_scene), effects(find_effects(scene, settings)), pool(threads), guide(make_guide(scene, settings, effects, pool, cancel)),
+        photon_pass(scene, settings, effects, threads), view_pass(scene, settings, effects, threads) {}
+
+  // The hash of that pass's own film.
+  std::uint64_t pass_hash(int pass) {
+    Film film(48, 40);
+    const PassContext context{scene, settings, effects, guide, pass};
+    EXPECT_TRUE(photon_pass.run(context, pool, cancel, photons, counts));
+    EXPECT_TRUE(view_pass.run(context, photons, pool, cancel, film, lock, counts));
+    return film.hash();
+  }
+
+  const Scene& scene;
+  TransportSettings settings{.photons = 8000};
+  Effects effects;
+  ThreadPool pool;
+  std::atomic<bool> cancel{false};
+  Guide guide;
+  PhotonPass photon_pass;
+  ViewPass view_pass;
+  PhotonSet photons;
+  Counts counts;
+  std::mutex lock;
+};
+
+TEST(Pass, IsAPureFunctionOfItsIndex) {
+  const auto scene = test::compiled(small_world());
+  Renderer in_order(*scene, 2), alone(*scene, 1), backward(*scene, 3);
+  std::vector<std::uint64_t> hashes;
+  for (int pass = 0; pass < 6; ++pass) hashes.push_back(in_order.pass_hash(pass));
+  EXPECT_EQ(alone.pass_hash(4), hashes[4]);
+  for (int pass = 6; pass-- > 0;) EXPECT_EQ(backward.pass_hash(pass), hashes[static_cast<std::size_t>(pass)]) << pass;
+  EXPECT_EQ(in_order.guide.hash(), backward.guide.hash());
+  EXPECT_NE(hashes[0], hashes[1]);
+}
+
+TEST(Pass, LedgerCloses) {
+  for (const char* expression : {"LS+", "L", "L.*", "L.*D"}) {
+    const auto scene = test::compiled(small_world(expression));
+    Renderer renderer(*scene, 2);
+    (void)renderer.pass_hash(0);
+    const Ledger& ledger = renderer.counts.ledger;
+    EXPECT_GT(ledger.emitted, 0);
+    EXPECT_LT(std::abs(ledger.residual()), 1e-6 * ledger.emitted) << expression;
+    EXPECT_GT(renderer.counts.edits[0].matched, 0u) << expression;
+  }
+}
+
+// What lamps emit, by photons, is what their panel says: 300 W white.
+TEST(Pass, EmitsTheLampsWatts) {
+  const auto scene = test::compiled(small_world());
+  Renderer renderer(*scene, 2);
+  double sum = 0, squares = 0;
+  constexpr int passes = 24;
+  for (int pass = 0; pass < passes; ++pass) {
+    renderer.counts = {};
+    (void)renderer.pass_hash(pass);
+    sum += renderer.counts.ledger.emitted, squares += square(renderer.counts.ledger.emitted);
+  }
+  const double mean = sum / passes, error = std::sqrt((squares / passes - mean * mean) / (passes - 1));
+  EXPECT_NEAR(mean, 300, 4 * error + 1e-3);
+  EXPECT_LT(error, 3);
+}
+
+TEST(Pass, AnEditThatMatchesNothingChangesNoBit) {
+  SceneDescription plain = small_world(), unmatched = small_world("LSSSSSSSSSD'Nobody'S+"), disabled = small_world();
+  plain.edits.clear();
+  disabled.edits[0].enabled = false;
+  const auto a = test::compiled(plain), b = test::compiled(unmatched), c = test::compiled(disabled);
+  Renderer none(*a, 2), without_match(*b, 2), off(*c, 1);
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::uint64_t hash = none.pass_hash(pass);
+    EXPECT_EQ(without_match.pass_hash(pass), hash);
+    EXPECT_EQ(off.pass_hash(pass), hash);
+  }
+}
+
+TEST(Pass, NothingRunsThatNothingCalls) {
+  SceneDescription scene = small_world();
+  scene.edits.clear();
+  scene.instances.pop_back();  // the ball
+  const auto compiled = test::compiled(scene);
+  TransportSettings settings;
+  settings.use_indirect = false;
+  const Effects effects = find_effects(*compiled, settings);
+  EXPECT_TRUE(effects.direct);
+  EXPECT_FALSE(effects.caustics || effects.edited || effects.indirect || effects.photons());
+}
+
+}  // namespace
+}  // namespace sluice
