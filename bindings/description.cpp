@@ -197,6 +197,7 @@ EditDescription read_edit(Reader& r) {
   EditDescription e;
   r.part("entry", [&](Reader& quad) { e.entry = read_quad(quad); });
   r.rename(e.entry.name);
+  r.value("collections", e.collections);
   r.value("expression", e.expression), r.value("enabled", e.enabled), r.value("repeat", e.repeat);
   r.value("amount", e.amount), r.value("feather", e.feather);
   r.list("exits", e.exits, [](Reader& x) {

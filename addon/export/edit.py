@@ -9,7 +9,7 @@ def export_edits(objects, context):
     empties.sort(key=lambda item: (item.sluice.order, item.original.name_full))
     # Copies of an Empty carry the order of the original: their place in the sorted list is unique
     ranks = {item.original.name_full: rank for rank, item in enumerate(empties)}
-    edits = {item.original.name_full: _export_entry(item, ranks) for item in empties if item.sluice.role == 'ENTRY'}
+    edits = {item.original.name_full: _export_entry(item, ranks, context) for item in empties if item.sluice.role == 'ENTRY'}
     for item in empties:
         if item.sluice.role == 'EXIT':
             _add_exit(item, ranks, edits, context)
@@ -19,11 +19,11 @@ def export_edits(objects, context):
     return list(edits.values())
 
 
-def _export_entry(item, ranks):
+def _export_entry(item, ranks, context):
     edit = item.sluice
     return {
         "entry": _export_quad(item, ranks), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
-        "amount": edit.amount, "feather": edit.feather, "exits": [],
+        "amount": edit.amount, "feather": edit.feather, "exits": [], "collections": context.names.of(item.original)[1:],
     }
 
 
