@@ -29,7 +29,7 @@ def _column(panel):
 def _sentence(layout, region, text, icon):
     """A sentence in as many lines as the region's width asks for."""
     scale = bpy.context.preferences.system.ui_scale
-    width = max(24, int(region.width / (6.6 * scale)) - 8)
+    width = max(14, int(region.width / (7.2 * scale)) - 8)
     box = layout.column(align=True)
     box.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(text, width)):
@@ -161,7 +161,9 @@ def _draw_expression(layout, region, edit):
         alert.alert = True
         if column is not None:
             place = min(column - 1, len(edit.expression))
-            alert.label(text=f"Column {column}:  {edit.expression[:place]} ▸ {edit.expression[place:]}", icon='ERROR')
+            before, after = edit.expression[:place], edit.expression[place:]
+            near = ("…" + before[-7:] if len(before) > 8 else before) + "▸" + (after[:5] + "…" if len(after) > 6 else after)
+            alert.label(text=f"Column {column}: {near}", icon='ERROR')
         _sentence(alert, region, message, 'BLANK1' if column is not None else 'ERROR')
         return
     layout.label(text="Acts on light paths" if side == 'light' else "Acts on what the eye sees", icon='CHECKMARK')
@@ -280,9 +282,11 @@ class SLUICE_PT_lamp(_Panel, bpy.types.Panel):
         self.layout.row().prop(lamp, "type", expand=True)
         column = _column(self)
         column.prop(lamp, "color")
-        for name in ("use_temperature", "temperature"):
-            if hasattr(lamp, name):
-                column.prop(lamp, name)
+        if hasattr(lamp, "use_temperature"):  # 4.5
+            column.prop(lamp, "use_temperature")
+            sub = column.column()
+            sub.active = lamp.use_temperature
+            sub.prop(lamp, "temperature")
         column.prop(lamp, "energy", text="Strength" if lamp.type == 'SUN' else "Power")
         if hasattr(lamp, "exposure"):
             column.prop(lamp, "exposure")
