@@ -29,6 +29,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
   sampler_ = sampler, key_ = key, draws_ = 0;
   sample_ = {}, recorded_ = false;
   joins_.clear(), hues_.clear();
+  memo_joins_ = Joins::all;  // the numbers of C begin anew: what is remembered belongs to another path
   const V2f offset = scene_.pixel_filter().sample_filter(sampler.pair(0));
   const CameraRay camera = scene_.camera().generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, sampler.pair(1));
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
