@@ -165,7 +165,7 @@ bool fill_table(const Material& material, World& world, const std::function<bool
   const auto width = static_cast<std::size_t>(world.width), height = static_cast<std::size_t>(world.height);
   std::vector<Color> texels(width * height);
   std::atomic<bool> stop = false;
-  ThreadPool pool(threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  ThreadPool pool(threads > 0 ? threads : hardware_threads());
   pool.parallel_for(height, [&](std::size_t y, int thread) {
     if (thread == 0 && cancelled && cancelled()) stop = true;
     if (stop) return;
