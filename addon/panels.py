@@ -148,6 +148,13 @@ def _known_names():
     return tuple(sorted({*bpy.data.objects.keys(), *bpy.data.collections.keys(), *worlds}))
 
 
+def _near(text, column):
+    """A few characters round a place in an expression, the place marked."""
+    place = min(column - 1, len(text))
+    before, after = text[:place], text[place:]
+    return ("…" + before[-7:] if len(before) > 8 else before) + "▸" + (after[:7] + "…" if len(after) > 8 else after)
+
+
 def _draw_expression(layout, region, edit):
     side, warnings, error = _check(edit.expression, _known_names())
     layout.label(text="Expression")
@@ -159,12 +166,7 @@ def _draw_expression(layout, region, edit):
         column, message = error
         alert = layout.column()
         alert.alert = True
-        if column is not None:
-            place = min(column - 1, len(edit.expression))
-            before, after = edit.expression[:place], edit.expression[place:]
-            near = ("…" + before[-7:] if len(before) > 8 else before) + "▸" + (after[:5] + "…" if len(after) > 6 else after)
-            alert.label(text=f"Column {column}: {near}", icon='ERROR')
-        _sentence(alert, region, message, 'BLANK1' if column is not None else 'ERROR')
+        _sentence(alert, region, message if column is None else f"Column {column}, {_near(edit.expression, column)}: {message}", 'ERROR')
         return
     layout.label(text="Acts on light paths" if side == 'light' else "Acts on what the eye sees", icon='CHECKMARK')
     for warning in warnings:

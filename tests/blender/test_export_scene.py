@@ -163,6 +163,14 @@ def test_excluded_collections_take_their_edits_along(new_object, export_now):
     assert not export_now()[0]["edits"]
 
 
+def test_edits_bear_their_collections_names(new_object, export_now):
+    inner, outer = bpy.data.collections.new("Inner"), bpy.data.collections.new("Outer")
+    outer.children.link(inner)
+    bpy.context.scene.collection.children.link(outer)
+    new_object("Entry", collection=inner).sluice.role = 'ENTRY'
+    assert export_now()[0]["edits"][0]["collections"] == ["Inner", "Outer"]
+
+
 def test_exit_textures(new_object, export_now):
     image = bpy.data.images.new("Map", 3, 2)
     pixels = np.arange(24, dtype=np.float32) / 255
