@@ -71,8 +71,19 @@ Color eval_shape(const DisneySheen&, const V3f& o, const V3f& i) noexcept {
   return length > 0 ? Color(i.z * schlick(i.dot(h) / length)) : Color(0);
 }
 
-// Estevez & Kulla 2017 ("Charlie"): D = (2 + 1/r) sin^(1/r) θ_h / 2π; V = 1 / (4 (cos_o + cos_i - cos_o cos_i)), Neubelt 2013.
+// Ashikhmin 2000 with a cosine-cut Gaussian of slopes, normalised as in Cycles: f·cos_i = D G / (4 cos_o).
 Color eval_shape(const Velvet& s, const V3f& o, const V3f& i) noexcept {
+  if (i.z <= 0 || o.z <= 0) return Color(0);
+  const V3f h = (o + i).normalized();
+  const float oh = std::abs(o.dot(h)), cosine2 = h.z * h.z, sine2 = 1 - cosine2;
+  if (!(sine2 > 2e-5f && oh > 1e-5f)) return Color(0);
+  const float inverse = 1 / square(std::max(s.sigma, 0.01f)), ratio = 2 * std::max(h.z / oh, 1e-5f);
+  const float d = std::exp(-cosine2 / sine2 * inverse) * inverse / (pi * sine2 * sine2), g = std::min(1.0f, ratio * std::min(o.z, i.z));
+  return Color(0.25f * d * g / o.z);
+}
+
+// Estevez & Kulla 2017 ("Charlie"): D = (2 + 1/r) sin^(1/r) θ_h / 2π; V = 1 / (4 (cos_o + cos_i - cos_o cos_i)), Neubelt 2013.
+Color eval_shape(const Sheen& s, const V3f& o, const V3f& i) noexcept {
   if (i.z <= 0 || o.z <= 0) return Color(0);
   const V3f h = (o + i).normalized();
   const float inverse = 1 / std::clamp(s.roughness * s.roughness, 1e-2f, 1.0f), sine2 = std::max(0.0f, 1 - h.z * h.z);
@@ -95,7 +106,11 @@ Color albedo_shape(const DisneySheen&, float mu) noexcept {
   return table.read(0, mu);
 }
 Color albedo_shape(const Velvet& s, float mu) noexcept {
-  static const AlbedoTable<Velvet> table([](float roughness) { return Velvet{roughness}; });
+  static const AlbedoTable<Velvet> table([](float sigma) { return Velvet{sigma}; });
+  return table.read(s.sigma, mu);
+}
+Color albedo_shape(const Sheen& s, float mu) noexcept {
+  static const AlbedoTable<Sheen> table([](float roughness) { return Sheen{roughness}; });
   return table.read(s.roughness, mu);
 }
 

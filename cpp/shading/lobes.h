@@ -24,7 +24,10 @@ struct Burley {  // Disney's diffuse, of Blender 3's Principled
   float roughness;
 };
 struct DisneySheen {};  // Schlick's factor at the half vector, of Blender 3's Principled
-struct Velvet {         // Estevez & Kulla's sheen with Neubelt's visibility, of Blender 4's Principled and the Sheen node
+struct Velvet {  // Ashikhmin's, of Blender 3's Velvet node
+  float sigma;
+};
+struct Sheen {  // Estevez & Kulla's, with Neubelt's visibility, for Blender 4's Principled and Sheen node
   float roughness;
 };
 struct Reflection {
@@ -40,7 +43,7 @@ struct Refraction {
   bool lossless = false;  // refracts all of it (the Refraction node)
   bool balanced = false;  // the refracting half of a rough glass that keeps its energy
 };
-using LobeShape = std::variant<Lambert, Translucent, OrenNayar, Burley, DisneySheen, Velvet, Reflection, Refraction>;
+using LobeShape = std::variant<Lambert, Translucent, OrenNayar, Burley, DisneySheen, Velvet, Sheen, Reflection, Refraction>;
 
 struct ShapeSample {
   V3f i;
@@ -54,6 +57,7 @@ struct ShapeSample {
 [[nodiscard]] Color eval_shape(const Burley&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const DisneySheen&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const Velvet&, const V3f& o, const V3f& i) noexcept;
+[[nodiscard]] Color eval_shape(const Sheen&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
 
@@ -82,6 +86,7 @@ template <class Diffuse>
 [[nodiscard]] Color albedo_shape(const Burley&, float mu) noexcept;
 [[nodiscard]] Color albedo_shape(const DisneySheen&, float mu) noexcept;
 [[nodiscard]] Color albedo_shape(const Velvet&, float mu) noexcept;
+[[nodiscard]] Color albedo_shape(const Sheen&, float mu) noexcept;
 [[nodiscard]] Color albedo_shape(const Reflection&, float mu) noexcept;
 [[nodiscard]] Color albedo_shape(const Refraction&, float mu) noexcept;
 

@@ -149,7 +149,7 @@ void cover_with(Bsdf& out, const Layer& layer, int index, const V3f& wo, Color& 
 void add_coats(const Surface& s, Color& weight, std::uint8_t& under) noexcept {
   const V3f& wo = s.e.point.wo;
   if (const float amount = std::max(0.0f, s.number(sheen)); amount > 0) {
-    const Velvet shape{unit(s.number(sheen_roughness))};
+    const Sheen shape{unit(s.number(sheen_roughness))};
     const Color tint = s.color(sheen_tint) * amount;
     add_lobe(s.out, Event::D, weight * tint, s.n, shape, wo, under);
     cover_with(s.out, {shape, s.n, tint, Color(1), 1}, 0, wo, weight, under);

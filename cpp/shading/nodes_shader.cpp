@@ -38,12 +38,17 @@ void translucent(const Closure& c, const Evaluation& e, const Color& weight, Bsd
 }
 void translucent_node(ShaderReader& n) { n.add(translucent, {n.color("Color", Color(0.8f))}, {.events = diffuse_event}, "Normal"); }
 
-// Velvet (Blender 3) has a sigma, Sheen (Blender 4) a roughness.
+// Choice 0: Ashikhmin's, by a sigma; 1: microfibres, by a roughness.
 void velvet(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out) noexcept {
-  add_lobe(out, Event::D, weight * color_of(c, e, 0), closure_normal(c, e), Velvet{roughness_of(c, e, 1)}, e.point.wo);
+  const float x = roughness_of(c, e, 1);
+  add_lobe(out, Event::D, weight * color_of(c, e, 0), closure_normal(c, e), c.choice == 0 ? LobeShape(Velvet{x}) : LobeShape(Sheen{x}), e.point.wo);
 }
-void velvet_node(ShaderReader& n) {
-  n.add(velvet, {n.color("Color", Color(0.8f)), n.number(n.is_given("Sigma") ? "Sigma" : "Roughness", 0.5f)}, {.events = diffuse_event}, "Normal");
+void velvet_node(ShaderReader& n) {  // Blender 3
+  n.add(velvet, {n.color("Color", Color(0.8f)), n.number("Sigma", 1)}, {.events = diffuse_event}, "Normal");
+}
+void sheen_node(ShaderReader& n) {  // Blender 4
+  const int choice = n.option("distribution", "MICROFIBER") == "ASHIKHMIN" ? 0 : 1;
+  n.add(velvet, {n.color("Color", Color(0.8f)), n.number("Roughness", 0.5f)}, {.events = diffuse_event}, "Normal", choice);
 }
 
 // Choice 0: energy lost between facets stays lost ("GGX"); 1: kept ("Multiscatter GGX"); 2: roughness 0 ("Sharp").
@@ -137,7 +142,7 @@ void add_node(ShaderReader& n) {
 
 constexpr std::pair<std::string_view, ShaderBuilder> table[] = {
     {"BsdfDiffuse", diffuse_node},   {"SubsurfaceScattering", subsurface_node}, {"neutral", neutral_node},       {"BsdfTranslucent", translucent_node},
-    {"BsdfVelvet", velvet_node},     {"BsdfSheen", velvet_node},                {"BsdfGlossy", glossy_node},     {"BsdfAnisotropic", glossy_node},
+    {"BsdfVelvet", velvet_node},     {"BsdfSheen", sheen_node},                {"BsdfGlossy", glossy_node},     {"BsdfAnisotropic", glossy_node},
     {"BsdfGlass", glass_node},       {"BsdfRefraction", refraction_node},       {"BsdfTransparent", transparent_node}, {"Emission", emission_node},
     {"Background", emission_node},   {"Emission from value", value_emission},   {"MixShader", mix_node},         {"AddShader", add_node},
 };

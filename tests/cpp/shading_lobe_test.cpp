@@ -24,7 +24,8 @@ std::vector<Case> cases() {
   all.push_back({"OrenNayar", OrenNayar{0.7f}, {}});
   all.push_back({"Burley", Burley{0.6f}, {}});
   all.push_back({"DisneySheen", DisneySheen{}, {}});
-  all.push_back({"Velvet", Velvet{0.4f}, {}});
+  all.push_back({"Velvet", Velvet{0.5f}, {}});
+  all.push_back({"Sheen", Sheen{0.4f}, {}});
   for (const float a : {1e-3f, 1e-2f, 0.1f, 0.4f, 1.0f}) {
     all.push_back({"Reflection " + std::to_string(a), reflection(a, a), {.alpha = {a, a}}});
     Reflection kept = reflection(a, a);
