@@ -17,7 +17,7 @@ namespace {
 // Albedo of a shape without a closed form, over roughness and sqrt(mu), from cosine-weighted samples; made on first use.
 template <class Shape>
 struct AlbedoTable {
-  static constexpr int roughness_nodes = 12, mu_nodes = 24, samples = 256;
+  static constexpr int roughness_nodes = 12, mu_nodes = 24, samples = 1024;
   std::array<std::array<float, mu_nodes>, roughness_nodes> nodes;
 
   template <class Make>
