@@ -39,6 +39,21 @@ V3f start(const Ray& ray) noexcept {
   return V3f(ray.origin + V3d(ray.clearance * side));
 }
 
+// A shadow ray ends just short of a light, so the end must stay where it is when the start moves off its surface: else the light's own
+// mesh blocks it as soon as the receiver's clearance is larger than the light's.
+struct ShadowRay {
+  V3f origin, direction;
+  float t_max;
+
+  explicit ShadowRay(const Ray& ray) noexcept : origin(start(ray)), direction(ray.direction), t_max(static_cast<float>(ray.t_max)) {
+    if (!std::isfinite(ray.t_max)) return;
+    const V3d to = ray.origin + V3d(ray.direction) * ray.t_max - V3d(origin);
+    const double length = to.length();
+    if (!(to.dot(V3d(ray.direction)) > 0.5 * length)) return;  // as short as the clearance: it has no direction of its own
+    direction = V3f(to / length), t_max = static_cast<float>(length);
+  }
+};
+
 // The hit in double, from the plane of the triangle as Embree saw it (numerics §1: its float t is off by up to 3e-5).
 Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcept {
   const Instance& instance = parts.instances[raw.instance];
@@ -68,14 +83,16 @@ std::optional<Hit> Scene::intersect(const Ray& ray) const noexcept {
 
 Color Scene::transmittance(const Ray& ray) const noexcept {
   const Parts& parts = *parts_;
-  if (parts.accelerator.blocked(start(ray), ray.direction, static_cast<float>(ray.t_max), mask_shadow_opaque)) return Color(0);
+  const ShadowRay whole(ray);
+  if (parts.accelerator.blocked(whole.origin, whole.direction, whole.t_max, mask_shadow_opaque)) return Color(0);
   Color left(1);
   if (!parts.has_transparent_shadows) return left;
   Ray rest = ray;
   SurfacePoint point;
   constexpr int most_surfaces = 1024;  // a bound on what one ray may cost; that many sheets are black
   for (int i = 0; i < most_surfaces; ++i) {
-    const auto raw = parts.accelerator.nearest(start(rest), rest.direction, static_cast<float>(rest.t_max), mask_shadow_transparent);
+    const ShadowRay left_over(rest);
+    const auto raw = parts.accelerator.nearest(left_over.origin, left_over.direction, left_over.t_max, mask_shadow_transparent);
     if (!raw) return left;
     const Hit hit = refine(parts, rest, *raw);
     const Material& surface = material(hit);
