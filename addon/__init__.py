@@ -34,6 +34,8 @@ def register():
 
 
 def unregister():
+    if _before_load not in bpy.app.handlers.load_pre:
+        return  # done by _at_exit; Blender as a module asks again
     atexit.unregister(_at_exit)
     core.stop_all()
     bpy.app.handlers.load_pre.remove(_before_load)
