@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The core's answer in the oracles' terms: whole renders with several seeds, as region means.
+#pragma once
+#include "oracle/rules.h"
+#include "transport/photon_pass.h"
+#include "transport/pilot.h"
+#include "transport/view_pass.h"
+
+namespace sluice::oracle {
+
+struct CoreRender {
+  int seeds = 16, passes = 4;
+  bool guide_per_seed = false;   // as a session does; one guide for all seeds saves the pilot's time and is as unbiased
+  double gather_radius = 0.03;   // at y, first pass (m)
+};
+
+inline Regions regions_of(const Film& film, int side, const FrameDescription& frame) {
+  static constexpr const char* names[] = {"Direct", "Caustics", "Edited", "Indirect", "Emission"};
+  Regions out(side);
+  for (int p = 0; p < part_count; ++p) {
+    const std::vector<float> image = film.image(names[p]);
+    for (int y = 0; y < frame.height; ++y)
+      for (int x = 0; x < frame.width; ++x) {
+        const float* c = &image[3 * static_cast<std::size_t>(y * frame.width + x)];
+        out.at(x + 0.5, y + 0.5, frame, static_cast<Part>(p)) += V3d(c[0], c[1], c[2]) * (static_cast<double>(side) * side / (frame.width * frame.height));
+      }
+  }
+  return out;
+}
+
+inline std::vector<Regions> render_core(const Scene& scene, TransportSettings settings, const CoreRender& how, int side, ThreadPool& pool, Counts& counts) {
+  const Effects effects = find_effects(scene, settings);
+  const std::atomic<bool> cancel{false};
+  settings.radius_factor = 1e6f;  // to the upper bound, which the guide's scale turns into a radius that is the same everywhere
+  const auto guide_of = [&] {
+    Guide guide = make_guide(scene, settings, effects, pool, cancel);
+    guide.radius = static_cast<float>(how.gather_radius);
+    guide.radius_scale = static_cast<float>(how.gather_radius / (0.02 * scene.extent()));
+    return guide;
+  };
+  Guide guide = guide_of();
+  std::vector<Regions> out;
+  for (int seed = 1; seed <= how.seeds; ++seed) {
+    settings.seed = static_cast<std::uint64_t>(seed);
+    if (how.guide_per_seed) guide = guide_of();
+    PhotonPass photon_pass(scene, settings, effects, pool.size());
+    ViewPass view_pass(scene, settings, effects, pool.size());
+    Film film(scene.frame().width, scene.frame().height);
+    std::mutex lock;
+    PhotonSet photons;
+    for (int pass = 0; pass < how.passes; ++pass) {
+      const PassContext context{scene, settings, effects, guide, pass};
+      Counts of_pass;
+      (void)(!effects.photons() || photon_pass.run(context, pool, cancel, photons, of_pass));
+      (void)view_pass.run(context, photons, pool, cancel, film, lock, of_pass);
+      counts += of_pass;
+    }
+    out.push_back(regions_of(film, side, scene.frame()));
+  }
+  return out;
+}
+
+}  // namespace sluice::oracle
