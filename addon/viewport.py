@@ -2,7 +2,6 @@
 """Rendered mode of the 3D view: streams the passes of a session whose camera is the view, coarse pixels first. The core's threads
 render; Blender's only copies the last finished image and draws it. Nothing here raises: what went wrong is shown as text."""
 import functools
-import time
 import weakref
 
 import bpy
