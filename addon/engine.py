@@ -14,6 +14,7 @@ class SluiceRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True  # Material Preview stays EEVEE's
     bl_use_shading_nodes_custom = False
     bl_use_postprocess = True
+    bl_use_custom_freestyle = True  # else Blender would send its stroke meshes through us
 
     def __init__(self, *args, **kwargs):  # 4.4 wants the arguments passed on
         super().__init__(*args, **kwargs)

@@ -170,6 +170,23 @@ def test_the_header_tells_what_made_the_image(rendered, edited_scene):
         assert line in header
 
 
+def _compositor(scene):
+    if hasattr(scene, "compositing_node_group"):  # 5.0
+        scene.compositing_node_group = bpy.data.node_groups.new("Compositor", 'CompositorNodeTree')
+        return scene.compositing_node_group
+    scene.use_nodes = True
+    return scene.node_tree
+
+
+def test_the_compositor_has_a_socket_for_every_pass(edited_scene, fake_core):
+    from sluice.passes import PASSES
+    node = _compositor(edited_scene).nodes.new('CompositorNodeRLayers')
+    node.scene = edited_scene
+    bpy.context.view_layer.update()
+    names = {socket.name for socket in node.outputs if socket.enabled}
+    assert {item.name for item in PASSES[1:]} <= names
+
+
 @pytest.mark.parametrize("crop", [False, True])
 def test_a_border_is_the_crop_of_the_full_frame(rendered, edited_scene, crop):
     render = edited_scene.render
@@ -280,6 +297,25 @@ def test_esc_keeps_the_partial_image_and_is_quick(fake_core):
     (_end, result), = [said for said in engine.said if said[0] == "end"]
     assert all(item.rect.stored is not None for item in result.layers[0].passes)
     assert not any(said[0] == {'ERROR'} for said in engine.said)
+
+
+def test_an_interrupt_in_background_writes_nothing(edited_scene, tmp_path):
+    """Ctrl-C on a farm: Blender ends soon, with a code, without a file."""
+    import os
+    import signal
+    import time
+
+    from conftest import HERE
+    edited_scene.sluice.passes = 10**7
+    command = [bpy.app.binary_path, "--factory-startup", "-b", "--addons", "sluice", _save(tmp_path), "-o", tmp_path / "frame_", "-f", "1"]
+    blender = subprocess.Popen([str(part) for part in command], env=dict(os.environ, SLUICE_CORE=str(HERE / "fakes")),
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said = next((line for line in blender.stdout if "Pass" in line), "")  # it renders
+    blender.send_signal(signal.SIGINT)
+    begin = time.monotonic()
+    rest, _none = blender.communicate(timeout=30)
+    assert said and blender.returncode != 0 and not list(tmp_path.glob("frame_*")), rest
+    assert time.monotonic() - begin < 5 and "sluice: cancelled" in rest
 
 
 def test_esc_before_the_first_image_ends_without_one(fake_core):
