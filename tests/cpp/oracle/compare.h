@@ -58,6 +58,10 @@ inline Sample sample_of(const std::vector<Regions>& batches, std::size_t region,
   return summarise(values);
 }
 
+inline bool is_dark(const std::vector<Regions>& batches, Part part) {
+  return std::ranges::all_of(batches, [&](const Regions& r) { return std::ranges::all_of(r.mean, [&](const Parts& p) { return p[static_cast<std::size_t>(part)] == V3d(0); }); });
+}
+
 // Mean over the regions, for the report.
 inline std::string report_line(const std::string& name, const std::vector<Regions>& core, const std::vector<Regions>& oracle, const std::vector<Part>& parts) {
   const auto whole = [&](const std::vector<Regions>& batches) {
@@ -120,6 +124,7 @@ inline void compare(const std::string& name, const Stage& stage, Which which, co
   static constexpr const char* names[] = {"Direct", "Caustics", "Edited", "Indirect", "Emission"};
   for (const Part part : parts) {
     const std::string of = names[static_cast<std::size_t>(part)];
+    if (is_dark(core, part) && is_dark(oracle, part)) continue;
     std::cout << report_line(of, core, oracle, {part});
     expect_equal(name + " " + of, core, oracle, {part}, part != Part::Direct && part != Part::Emission);
   }

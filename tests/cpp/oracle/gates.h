@@ -64,11 +64,16 @@ class Gates {
       gates_.push_back(make(edit.entry, e, -1, of_view, scene.centre()));
       for (std::size_t x = 0; x < edit.exits.size(); ++x) gates_.push_back(make(edit.exits[x].quad, e, static_cast<int>(x), of_view, scene.centre()));
     }
-    double m = 0, w = 0;  // design §2
-    const auto largest = [](const V3d& p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); };
+    V3d low(1e300), high(-1e300), world_low(0), world_high(0);  // design §2: m about the centre of all quads, w of everything
+    const auto extend = [](V3d& a, V3d& b, const V3d& p) {
+      for (int i = 0; i < 3; ++i) a[i] = std::min(a[i], p[i]), b[i] = std::max(b[i], p[i]);
+    };
     for (const Gate& g : gates_)
-      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) m = std::max(m, largest(g.point(uv))), w = std::max(w, largest(g.point(uv) + scene.centre()));
-    if (!scene.geometry_bounds().empty()) w = std::max({w, largest(scene.geometry_bounds().low + scene.centre()), largest(scene.geometry_bounds().high + scene.centre())});
+      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) extend(low, high, g.point(uv)), extend(world_low, world_high, g.point(uv) + scene.centre());
+    if (!scene.geometry_bounds().empty())
+      for (const V3d& p : {scene.geometry_bounds().low, scene.geometry_bounds().high}) extend(world_low, world_high, p + scene.centre());
+    double m = 0, w = 0;
+    for (int i = 0; i < 3; ++i) m = std::max(m, (high[i] - low[i]) / 2), w = std::max({w, -world_low[i], world_high[i]});
     delta_ = std::max(std::ldexp(m, -17), std::ldexp(w, -22));
     for (Gate& g : gates_) g.corner += g.n * (delta_ + quad(g).offset);
     find_planes();

@@ -39,7 +39,7 @@ struct Stage {
   // `wall` makes indirect light; the camera sees the floor alone, within about 0.8 m of the origin.
   explicit Stage(bool wall = true) {
     scene.camera.matrix = facing(V3d(0, -2.4, 2.6), V3d(0, -2.4, 2.6));
-    scene.camera.lens = 80, scene.camera.sensor_width = 36;
+    scene.camera.lens = 100, scene.camera.sensor_width = 36;
     scene.frame = {32, 32, 1, 1, 0, 0, 32, 32, 1, true};
     settings.max_depth = 4, settings.max_gates = 3;
     settings.photons = 8192;
@@ -50,6 +50,9 @@ struct Stage {
 
   InstanceDescription& plate(const std::string& name, const M44d& matrix, const MaterialDescription& material) {
     return place(scene, add(scene, grid(1)), matrix, add(scene, material), name);
+  }
+  InstanceDescription& solid(const std::string& name, MeshDescription mesh, const V3d& at, double size, const MaterialDescription& material) {
+    return place(scene, add(scene, std::move(mesh)), placed({size, 0, 0}, {0, size, 0}, {0, 0, size}, at), add(scene, material), name);
   }
   LightDescription& lamp(const std::string& name, LightKind kind, const M44d& matrix, float power, const Color& color = Color(1)) {
     LightDescription light;
