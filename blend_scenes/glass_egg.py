@@ -11,7 +11,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import modelling as m
 
 WALL_Y = 0.40
-EGG = (-0.15, 0.02, 0.016)
+EGG = (-0.14, 0.02, 0.017)
 
 
 def egg_profile(radius, height, count=22):
@@ -48,8 +48,8 @@ def book(name, size, height, turn, cloth, pages):
 
 
 def still_life():
-    m.lathe("Egg", egg_profile(0.068, 0.175), EGG, m.glass("Egg glass", (1.0, 0.93, 0.82)), segments=32, levels=3)
-    ring = [(0.027 + 0.008 * math.cos(a), 0.010 + 0.010 * math.sin(a)) for a in np.linspace(0, 2 * math.pi, 13)]
+    m.lathe("Egg", egg_profile(0.078, 0.200), EGG, m.glass("Egg glass", (1.0, 0.88, 0.68)), segments=32, levels=3)
+    ring = [(0.030 + 0.008 * math.cos(a), 0.010 + 0.010 * math.sin(a)) for a in np.linspace(0, 2 * math.pi, 13)]
     m.lathe("Egg ring", ring, (EGG[0], EGG[1], 0.0), m.mirror("Brass", (0.85, 0.60, 0.26), roughness=0.22), levels=1)
 
     pages = m.matte("Pages", (0.76, 0.71, 0.60))
@@ -66,14 +66,15 @@ def still_life():
 
 def lights():
     m.world((0.20, 0.26, 0.36), 0.10)
-    m.light("Lamp", "POINT", (-0.53, -0.17, 0.46), 7.0, (1.0, 0.76, 0.48), shadow_soft_size=0.008)
-    m.light("Window", "AREA", (-0.9, -1.5, 1.3), 13.0, (0.66, 0.80, 1.0), target=(0, 0.1, 0.1), shape="RECTANGLE", size=0.8, size_y=1.1)
+    m.light("Lamp", "SPOT", (-0.56, -0.14, 0.46), 20.0, (1.0, 0.80, 0.54), target=(-0.10, 0.03, 0.06), shadow_soft_size=0.006,
+            spot_size=math.radians(46), spot_blend=0.5)  # fmt: skip
+    m.light("Window", "AREA", (-0.9, -1.5, 1.3), 12.0, (0.66, 0.80, 1.0), target=(0, 0.1, 0.1), shape="RECTANGLE", size=0.8, size_y=1.1)
 
 
 def edits():
     """Light that came to the table from the lamp through glass alone goes to the wall, where it keeps its brightness."""
-    caustic = m.entry("Caustic", "LS+", (0.08, 0.085, 0), (0, 0, 1), (1, 0, 0), (0.38, 0.30))
-    m.exit_of(caustic, "Caustic on the wall", (0.06, WALL_Y, 0.25), (0, -1, 0), (1, 0, 0), (0.42, 0.33))
+    caustic = m.entry("Caustic", "LS+", (0.03, 0.09, 0), (0, 0, 1), (1, 0, 0), (0.34, 0.27), feather=0.4)
+    m.exit_of(caustic, "Caustic on the wall", (0.10, WALL_Y, 0.235), (0, -1, 0), (1, 0, 0), (0.44, 0.35))
 
 
 scene = m.start()
@@ -81,6 +82,6 @@ room()
 still_life()
 lights()
 edits()
-m.camera((0.06, -1.32, 0.40), (0.03, 0.12, 0.125), lens=47, focus=(EGG[0], EGG[1] - 0.05, 0.09), f_stop=5.6)
+m.camera((0.07, -1.22, 0.42), (0.05, 0.12, 0.125), lens=50, focus=(EGG[0], EGG[1] - 0.05, 0.09), f_stop=5.6)
 scene.sluice.passes, scene.sluice.photons = 64, 60000
 m.save(__file__)

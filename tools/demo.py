@@ -24,6 +24,7 @@ def arguments():
     parser.add_argument("scenes", nargs="*", help=f"of {', '.join(SCENES)}; all if none is named")
     parser.add_argument("--out", type=Path, default=ROOT / "out/demo")
     parser.add_argument("--seconds", type=float, default=45, help="of rendering per picture (%(default)s)")
+    parser.add_argument("--passes", type=int, default=0, help="per picture instead of a time: the same picture on any machine")
     parser.add_argument("--percent", type=int, default=100, help="of the scenes' resolution (%(default)s)")
     parser.add_argument("--engine", default="SLUICE", help="CYCLES shows the unedited scenes for comparison")
     parsed = parser.parse_args()
@@ -52,7 +53,7 @@ def render(name: str, options) -> str | None:
     for label in ("without", "with"):
         (options.out / f"{name}_{label}.jsonl").unlink(missing_ok=True)
     command = ["blender", "--addons", "sluice", "-b", ROOT / f"blend_scenes/{name}.blend", "--python-exit-code", "1",
-               "--python", ROOT / "tools/demo_render.py", "--", options.out, str(options.seconds), str(options.percent), options.engine]  # fmt: skip
+               "--python", ROOT / "tools/demo_render.py", "--", json.dumps({**vars(options), "out": str(options.out)})]  # fmt: skip
     with open(log, "w") as file:
         process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, env={**os.environ, "SLUICE_PROGRESS_LOG": ""})
         shown = {}
@@ -105,7 +106,8 @@ def main() -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     pictures, report, failures = [], [], []
     for name in options.scenes or SCENES:
-        print(f"{name}: two pictures, {options.seconds:g} s each", flush=True)
+        amount = f"{options.passes} passes" if options.passes else f"{options.seconds:g} s"
+        print(f"{name}: two pictures, {amount} each", flush=True)
         problem = render(name, options)
         if problem:
             failures.append(name)

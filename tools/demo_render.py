@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs inside Blender for tools/demo.py: renders the open scene without and with its edits, for the same time each.
 
-Leaves in the folder OUT, for NAME_without and NAME_with: .png, a multilayer .exr and the engine's progress (.jsonl); and NAME.json, which
-tells the edits. Usage: blender -b scene.blend --python tools/demo_render.py -- OUT SECONDS PERCENT ENGINE"""
+Leaves in the folder `out`, for NAME_without and NAME_with: .png, a multilayer .exr and the engine's progress (.jsonl); and NAME.json,
+which tells the edits. Usage: blender -b scene.blend --python tools/demo_render.py -- OPTIONS, those of tools/demo.py as JSON."""
 
 import json
 import math
@@ -44,14 +44,15 @@ def render(scene, base, use_edits):
     return seconds
 
 
-def main(out, seconds, percent, engine):
-    scene = bpy.context.scene
+def main(options):
+    scene, engine, out = bpy.context.scene, options["engine"], options["out"]
     name = os.path.splitext(os.path.basename(bpy.data.filepath))[0]
-    scene.render.engine, scene.render.resolution_percentage = engine, int(percent)
-    scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes = float(seconds), 0, 1 << 16
+    passes, seconds = (options["passes"], 0) if options["passes"] else (1 << 16, options["seconds"])
+    scene.render.engine, scene.render.resolution_percentage = engine, options["percent"]
+    scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes = seconds, 0, passes
     if engine == "CYCLES":
-        scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, 1 << 16, float(seconds)
-    size = [side * int(percent) // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
+        scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, passes, seconds
+    size = [side * options["percent"] // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
     told = {"blender": bpy.app.version_string, "engine": engine, "edits": edits_of(scene), "resolution": size}
     for label, use_edits in (("without", False), ("with", True)):
         told[label + "_seconds"] = render(scene, os.path.join(out, f"{name}_{label}"), use_edits)
@@ -59,4 +60,4 @@ def main(out, seconds, percent, engine):
         json.dump(told, file, indent=1)
 
 
-main(*sys.argv[sys.argv.index("--") + 1 :])
+main(json.loads(sys.argv[sys.argv.index("--") + 1]))

@@ -80,7 +80,7 @@ def wrong_arrows(root):
                 where = f"{path.relative_to(root)}:{line}: {name}"
                 if target in MAY_USE and target != room and target not in used:
                     complaints.append(where)
-                elif not (path.parent / name).exists() and not (root / "cpp" / name).exists() and target in MAY_USE:
+                elif target in MAY_USE and not (root / "cpp" / name).exists() and not (root / name).exists():
                     complaints.append(where + " does not exist")
     return complaints
 
@@ -93,7 +93,7 @@ def wrong_targets(dot):
         user, used = names[a], names[b]
         room, target = user.removeprefix("sluice_"), used.removeprefix("sluice_")
         room, target = ({"core": "bindings"}.get(name, name) for name in (room, target))
-        if room in MAY_USE and target in MAY_USE and target not in MAY_USE[room]:
+        if room in MAY_USE and target in MAY_USE and target != room and target not in MAY_USE[room]:
             complaints.append(f"{user} links {used}")
         if user.startswith("sluice_") and ("embree" in used and room != "scene" or "OpenImageIO" in used and room != "base"):
             complaints.append(f"{user} links {used}")
