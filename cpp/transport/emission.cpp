@@ -92,7 +92,7 @@ std::uint64_t Guide::hash() const noexcept {
     for (std::size_t i = 0; i < d.size(); ++i) add(d.pmf(i));
   for (const DirectionTable& table : directions)
     for (std::size_t i = 0; i < table.distribution().size(); ++i) add(table.distribution().pmf(i));
-  add(radius), add(caustic_radius), add(radius_scale);
+  add(least_radius), add(most_radius), add(radius), add(caustic_radius);
   return h;
 }
 

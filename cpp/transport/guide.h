@@ -48,8 +48,8 @@ struct Guide {
   std::vector<DirectionTable> directions; // per light; empty for light from infinity
   // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its directions.
   std::vector<Distribution> strategies;
-  float radius = 0, caustic_radius = 0;   // typical gather radii of the first pass (m): sizes of the photon maps' cells
-  float radius_scale = 1;                 // of the radii at y: smaller where photons are so many that a gather would find too many
+  float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
+  float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells
 
   [[nodiscard]] std::uint64_t hash() const noexcept;
 };

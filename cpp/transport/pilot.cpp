@@ -16,7 +16,9 @@ constexpr float own_share = 0.25f;     // least share of a light's own distribut
 constexpr float close_share = 0.25f;   // of the photons of a light go towards what sends them on to caustics and edits
 constexpr float seen_share = 0.5f;     // towards what the camera sees: by directions, or from infinity towards a sphere around it
 constexpr std::size_t most_targets = 64;
-constexpr double photons_per_gather = 24;  // at y, first pass: view samples are the noise, so more photons cost time and blur for nothing
+// Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
+// fewer are noise themselves.
+constexpr double fewest_photons = 2, most_photons = 24;
 constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -57,11 +59,15 @@ class VisibleCells {
 };
 
 // Camera rays through mirrors and glass to v, and one diffuse segment on to y.
-VisibleCells look_around(const Scene& scene, const TransportSettings& settings, float& mean_footprint) {
+struct Distances {
+  double footprint = 0;  // of a pixel at v
+  double length = 0;     // from v to y
+};  // means
+
+VisibleCells look_around(const Scene& scene, const TransportSettings& settings, Distances& mean) {
   VisibleCells seen(scene.extent());
   const FrameDescription& frame = scene.frame();
-  double footprints = 0;
-  int count = 0;
+  int count = 0, far_count = 0;
   Vertex vertex;
   for (int i = 0; i < view_samples; ++i) {
     const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 0), static_cast<std::uint32_t>(i));
@@ -78,10 +84,14 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
       V3f onward = ray.direction;
       if (vertex.bsdf.events() & gathering) {
         seen.add(hit->position);
-        footprints += camera.width + camera.spread * length;
+        mean.footprint += camera.width + camera.spread * length;
         ++count, ended = true;
         onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
-        if (const auto far = scene.intersect(ray_from(*hit, onward))) seen.add(far->position);
+        if (const auto far = scene.intersect(ray_from(*hit, onward))) {
+          seen.add(far->position);
+          mean.length += far->t;
+          ++far_count;
+        }
       } else if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed)) {
         onward = sample->wi;
       } else if (is_black(vertex.bsdf.transparency)) {
@@ -90,7 +100,7 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
       ray = ray_from(*hit, onward);
     }
   }
-  mean_footprint = count > 0 ? static_cast<float>(footprints / count) : 0;
+  mean.footprint /= std::max(count, 1), mean.length /= std::max(far_count, 1);
   return seen;
 }
 
@@ -129,11 +139,11 @@ class Pilot {
 
   Guide run() {
     Guide guide;
-    float footprint = 0;
-    const VisibleCells seen = look_around(scene_, settings_, footprint);
+    Distances mean;
+    const VisibleCells seen = look_around(scene_, settings_, mean);
     const auto extent = static_cast<float>(scene_.extent());
-    guide.radius = 0.02f * extent;  // y is as a rule far from v, so its footprint is at the upper bound
-    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * footprint, 1e-5f * extent, 0.02f * extent);
+    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, 0.02f * extent);
+    guide.least_radius = guide.most_radius = guide.radius = 0.02f * extent;
     if (!effects_.photons()) return guide;
     for (std::uint32_t i = 0; i < scene_.instance_count(); ++i)
       if (is_specular(scene_, i) && guide.targets.size() < most_targets / 2) {
@@ -153,7 +163,7 @@ class Pilot {
     guide.directions.resize(power.size());
     if (guide.lights.empty()) return guide;
     share_out(guide, seen, seen_target, power);
-    size_gathers(guide, seen);
+    size_gathers(guide, seen, mean.length);
     return guide;
   }
 
@@ -215,16 +225,17 @@ class Pilot {
     if (!lights.empty()) guide.lights = lights;
   }
 
-  // The radii at y, so that gathers of the first pass find about photons_per_gather photons.
-  void size_gathers(Guide& guide, const VisibleCells& seen) {
+  // The radii at y, from the density of the pilot's photons where the camera looks.
+  void size_gathers(Guide& guide, const VisibleCells& seen, double mean_length) {
     PhotonMap map;
     map.build(photons_, (1u << arrival_count) - 1, 2 * guide.radius, pool_);
     const std::size_t step = std::max<std::size_t>(1, seen.points().size() / 1024);
     double found = 0, asked = 0;
     for (std::size_t i = 0; i < seen.points().size(); i += step, ++asked) map.query(V3f(seen.points()[i]), guide.radius, [&](const Photon&) { ++found; });
     const double expected = asked > 0 ? found / asked * settings_.photons / pilot_paths : 0;
-    if (expected > photons_per_gather) guide.radius_scale = static_cast<float>(std::sqrt(photons_per_gather / expected));
-    guide.radius *= guide.radius_scale;
+    const auto radius_for = [&](double photons) { return expected > photons ? static_cast<float>(guide.radius * std::sqrt(photons / expected)) : guide.radius; };
+    guide.least_radius = radius_for(fewest_photons), guide.most_radius = radius_for(most_photons);
+    guide.radius = gather_radius(guide, mean_length, 1 / pi);
   }
 
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {

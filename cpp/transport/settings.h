@@ -12,8 +12,7 @@ struct TransportSettings {
   int max_gates = 8;          // F events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
-  float radius_factor = 16;         // k: radius in footprints of a pixel, in general
-  float caustic_radius_factor = 4;  // and for caustics and edited light
+  float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
 };
 
 }  // namespace sluice

@@ -89,7 +89,7 @@ bool ViewTracer::allows_photon(std::uint32_t q, int joins) noexcept {
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const float radius = radius_at(footprint(path), settings_.caustic_radius_factor);
+  const float radius = close_radius(path);
   const int room = settings_.max_depth - path.depth - 1;
   const auto estimate = [&](EventMask mask, int joins) {
     ++counts.gathers;
@@ -159,8 +159,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   if (!arrived) return;
   surface_emission(path, segment, far_, arms);
   if (!effects_.indirect || path.depth + 2 > settings_.max_depth) return;
-  const float spread = std::min(1.0f, 1 / std::sqrt(sample->pdf));  // angle of the lobe that was sampled
-  gather_at(path, far_, arms, radius_at(footprint(path) + length * spread, settings_.radius_factor) * gather_scale_);
+  gather_at(path, far_, arms, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
 }
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.

@@ -15,7 +15,8 @@ constexpr int max_lamps = 16;      // lamps with a shape on one segment
 
 void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
   photons_ = &photons;
-  radius_scale_ = radius_scale(context.pass), gather_scale_ = context.guide.radius_scale;
+  guide_ = &context.guide;
+  radius_scale_ = radius_scale(context.pass);
   counts = {};
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   state_of_.clear();
@@ -173,10 +174,11 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   ++path.depth;
 }
 
-float ViewTracer::radius_at(double footprint, float factor) const noexcept {
-  // Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+// Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+float ViewTracer::close_radius(const ViewPath& path) const noexcept {
   const auto extent = static_cast<float>(scene_.extent());
-  return std::clamp(factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent) * radius_scale_;
+  const double footprint = path.width + path.spread * path.length;
+  return std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent) * radius_scale_;
 }
 
 }  // namespace sluice

@@ -105,8 +105,7 @@ class ViewTracer {
     return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
   }
   [[nodiscard]] bool allows_photon(std::uint32_t q, int joins) noexcept;
-  [[nodiscard]] float radius_at(double footprint, float factor) const noexcept;
-  [[nodiscard]] double footprint(const ViewPath& path) const noexcept { return path.width + path.spread * path.length; }
+  [[nodiscard]] float close_radius(const ViewPath& path) const noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
   [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 6 * static_cast<std::uint32_t>(path.depth) + which); }
@@ -115,7 +114,8 @@ class ViewTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   const PhotonSet* photons_ = nullptr;
-  float radius_scale_ = 1, gather_scale_ = 1;
+  const Guide* guide_ = nullptr;
+  float radius_scale_ = 1;
 
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number

