@@ -103,6 +103,7 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
   }
   path.length += crossing.t;
   path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
+  if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);  // its F is an event of the view word too
   path.own_entry = crossing.edit;
   apply_gate(path, *passage, weight);
   return !is_black(path.weight);
