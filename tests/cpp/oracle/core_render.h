@@ -31,11 +31,9 @@ inline Regions regions_of(const Film& film, int side, const FrameDescription& fr
 inline std::vector<Regions> render_core(const Scene& scene, TransportSettings settings, const CoreRender& how, int side, ThreadPool& pool, Counts& counts) {
   const Effects effects = find_effects(scene, settings);
   const std::atomic<bool> cancel{false};
-  settings.radius_factor = 1e6f;  // to the upper bound, which the guide's scale turns into a radius that is the same everywhere
   const auto guide_of = [&] {
     Guide guide = make_guide(scene, settings, effects, pool, cancel);
-    guide.radius = static_cast<float>(how.gather_radius);
-    guide.radius_scale = static_cast<float>(how.gather_radius / (0.02 * scene.extent()));
+    guide.least_radius = guide.most_radius = guide.radius = static_cast<float>(how.gather_radius);  // small, and the same everywhere
     return guide;
   };
   Guide guide = guide_of();
