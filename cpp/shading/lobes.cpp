@@ -17,7 +17,7 @@ namespace {
 // Albedo of a shape without a closed form, over roughness and sqrt(mu), from cosine-weighted samples; made on first use.
 template <class Shape>
 struct AlbedoTable {
-  static constexpr int roughness_nodes = 12, mu_nodes = 24, samples = 1024;
+  static constexpr int roughness_nodes = 11, mu_nodes = 24, samples = 1024;
   std::array<std::array<float, mu_nodes>, roughness_nodes> nodes;
 
   template <class Make>
@@ -82,13 +82,19 @@ Color eval_shape(const Velvet& s, const V3f& o, const V3f& i) noexcept {
   return Color(0.25f * d * g / o.z);
 }
 
-// Estevez & Kulla 2017 ("Charlie"): D = (2 + 1/r) sin^(1/r) θ_h / 2π; V = 1 / (4 (cos_o + cos_i - cos_o cos_i)), Neubelt 2013.
+// Estevez & Kulla 2017 ("Charlie"): D = (2 + 1/r) sin^(1/r) θ_h / 2π; V = 1 / (4 (cos_o + cos_i - cos_o cos_i)), Neubelt 2013. Cycles'
+// own sheen (Zeltner et al. 2022) is a table; width and height here are set, per tenth of roughness, to give its albedos (5.2 measured).
 Color eval_shape(const Sheen& s, const V3f& o, const V3f& i) noexcept {
   if (i.z <= 0 || o.z <= 0) return Color(0);
+  constexpr float widths[] = {0.1f, 0.1f, 0.1f, 0.2f, 0.3f, 0.4f, 0.55f, 0.7f, 1, 1, 1};
+  constexpr float heights[] = {0.126f, 0.158f, 0.617f, 0.494f, 0.641f, 0.836f, 0.983f, 1.171f, 1.295f, 1.595f, 1.877f};
+  const float x = std::clamp(s.roughness, 0.0f, 1.0f) * 10;
+  const auto low = std::min(static_cast<std::size_t>(x), std::size_t{9});
+  const float f = x - static_cast<float>(low), width = widths[low] + (widths[low + 1] - widths[low]) * f, height = heights[low] + (heights[low + 1] - heights[low]) * f;
   const V3f h = (o + i).normalized();
-  const float inverse = 1 / std::clamp(s.roughness * s.roughness, 1e-2f, 1.0f), sine2 = std::max(0.0f, 1 - h.z * h.z);
+  const float inverse = 1 / square(width), sine2 = std::max(0.0f, 1 - h.z * h.z);
   const float d = (2 + inverse) * std::pow(sine2, 0.5f * inverse) / (2 * pi);
-  return Color(i.z * d / (4 * (o.z + i.z - o.z * i.z)));
+  return Color(height * i.z * d / (4 * (o.z + i.z - o.z * i.z)));
 }
 
 Color albedo_shape(const Lambert&, float) noexcept { return Color(1); }
