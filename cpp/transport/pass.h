@@ -22,12 +22,12 @@ enum class Purpose : std::uint64_t { Photons = 1, View, PhotonChoices, ViewChoic
 // r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).
 [[nodiscard]] inline float radius_scale(int pass) noexcept { return static_cast<float>(std::pow(pass + 1.0, -1.0 / 6.0)); }
 
-// Gather radius at y in the first pass. A gather segment stands for a bundle of directions: features below a fourteenth of its length
+// Gather radius at y in the first pass. A gather segment stands for a bundle of directions: features below a tenth of its length
 // times the spread of its lobe drown in its noise. Near corners, where y is close to v, the radius stays small and so does the bias;
 // the guide bounds it from both sides by the number of photons to be found.
 [[nodiscard]] inline float gather_radius(const Guide& guide, double length, float lobe_pdf) noexcept {
   const double spread = std::min(1.0, 1 / std::sqrt(static_cast<double>(lobe_pdf)));
-  return std::clamp(static_cast<float>(0.07 * length * spread), guide.least_radius, guide.most_radius);
+  return std::clamp(static_cast<float>(0.1 * length * spread), guide.least_radius, guide.most_radius);
 }
 
 // The photons of a pass, sorted; states of the expressions by their content, the same numbers whatever thread met them first.

@@ -18,7 +18,7 @@ constexpr float seen_share = 0.5f;     // towards what the camera sees: by direc
 constexpr std::size_t most_targets = 64;
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves.
-constexpr double fewest_photons = 2, most_photons = 24;
+constexpr double fewest_photons = 8, most_photons = 32;
 constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
