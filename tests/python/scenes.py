@@ -39,7 +39,7 @@ def grey(value):
 
 
 def diffuse(albedo):
-    return [shader("BsdfDiffuse", grey(albedo))]
+    return [shader("BsdfDiffuse", grey(albedo), Roughness=0.0)]
 
 
 def mirror(color=1.0):
