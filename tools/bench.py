@@ -20,6 +20,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+CORNELL = ROOT / "blend_scenes/cornell.blend"
+
 
 def arguments():
     parser = argparse.ArgumentParser(prog="./run bench", description=__doc__)
@@ -28,7 +30,9 @@ def arguments():
     parser.add_argument("--passes", type=int, nargs="+", default=[1, 4, 16, 64, 256])
     parser.add_argument("--samples", type=int, nargs="*", default=[16, 64, 256], help="of Cycles; none: leave it out")
     parser.add_argument("--photons", type=int, default=32768, help="per pass on the box (%(default)s)")
-    parser.add_argument("--only", choices=("speed", "large", "small"), help="one part alone")
+    parser.add_argument("--only", choices=("speed", "large", "small", "cornell"), help="one part alone")
+    parser.add_argument("--make-reference", type=int, metavar="PASSES", help="render tests/bench/cornell.npy anew (4096: minutes), and nothing else")
+    parser.add_argument("--record", action="store_true", help="add the rows to tests/bench/results.csv, with commit and processor")
     return parser.parse_args()
 
 
@@ -57,7 +61,7 @@ def write_csv(path: Path, rows: list[dict]):
 def speed(options) -> list[dict]:
     """Rates of the core on cornell.blend."""
     rows = []
-    for row in run(options.out, ROOT / "blend_scenes/cornell.blend", task="speed", scene="cornell", passes=16, photons=131072):
+    for row in run(options.out, CORNELL, task="speed", scene="cornell", passes=16, photons=131072):
         counters = row.pop("statistics")
         flat = {"scene": row["scene"], "edits": row["edits"], "passes": row["passes"], "seconds": round(row["seconds"], 3),
                 "seconds_per_pass": round(row["seconds"] / row["passes"], 4)}  # fmt: skip
@@ -81,24 +85,27 @@ def medians(rows: list[dict], renderer: str, column: str) -> list[tuple[float, f
     return sorted((statistics.median(r["seconds"] for r in group), statistics.median(r[column] for r in group)) for group in by_work.values())
 
 
-def error(options, lamp: str) -> list[dict]:
-    """Error against time on the box."""
-    rows = run(options.out, None, task="box", scene=f"box_{lamp}", lamp=lamp, seeds=options.seeds, passes=options.passes, samples=options.samples,
-               photons=options.photons)  # fmt: skip
+def error(options, scene: str) -> list[dict]:
+    """Error against time on one scene."""
+    work = {"seeds": options.seeds, "passes": options.passes, "samples": options.samples, "photons": options.photons}
+    if scene == "cornell":
+        rows = run(options.out, CORNELL, task="cornell", scene=scene, **work)
+    else:
+        rows = run(options.out, None, task="box", scene=scene, lamp=scene.removeprefix("box_"), **work)
     print(f"  {'':7} {'work':>12} {'seed':>4} {'seconds':>8} {'relMSE':>10} {'trimmed':>10} {'mean':>7}")
     for r in rows:
         print(f"  {r['renderer']:7} {r['work']:>12} {r['seed']:>4} {r['seconds']:8.2f} {r['relmse']:10.5f} {r['trimmed']:10.5f} {r['mean']:7.4f}")
-    if lamp == "large":
+    if scene == "box_large":
         ours = medians(rows, "Sluice", "relmse")
         for _, seconds, target in box.FLOOR:
             found = box.seconds_to(ours, target)
             cost = f"{found:.2f} s, {seconds / found:.2f} times as fast" if found else "not reached"
             print(f"  relMSE {target:g}: floor {seconds:g} s, Sluice {cost}")
-    plot(rows, lamp, options.out / f"box_{lamp}.png")
+    plot(rows, scene, options.out / f"{scene}.png")
     return rows
 
 
-def plot(rows: list[dict], lamp: str, path: Path):
+def plot(rows: list[dict], scene: str, path: Path):
     figure, axes = plt.subplots(figsize=(7, 5), dpi=110)
     for renderer, color in (("Sluice", "#b4407e"), ("Cycles", "#7a8794")):
         for column, style in (("relmse", "-o"), ("trimmed", ":o")):
@@ -106,29 +113,56 @@ def plot(rows: list[dict], lamp: str, path: Path):
             if points:
                 label = renderer if column == "relmse" else f"{renderer}, without the worst 0.1 %"
                 axes.loglog(*zip(*points, strict=True), style, color=color, markersize=4, label=label)
-    if lamp == "large":
+    if scene == "box_large":
         axes.loglog([s for _, s, _ in box.FLOOR], [e for _, _, e in box.FLOOR], "--", color="black", linewidth=1, label="floor")
-    axes.set(xlabel=f"seconds ({os.cpu_count()} threads)", ylabel="relMSE", title=f"Box, {lamp} lamp")
+    axes.set(xlabel=f"seconds ({os.cpu_count()} threads)", ylabel="relMSE", title=scene)
     axes.legend(frameon=False)
     figure.tight_layout()
     figure.savefig(path)
     plt.close(figure)
 
 
+def processor() -> str:
+    names = [line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+    return f"{names[0] if names else 'unknown'}, {os.cpu_count()} threads"
+
+
+def record(rows: list[dict]):
+    """Adds rows of error against time to the committed table."""
+    path = ROOT / "tests/bench/results.csv"
+    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
+    old = list(csv.DictReader(path.open())) if path.exists() else []
+    write_csv(path, old + [{"commit": commit, "processor": processor(), **row} for row in rows])
+
+
+def measure(options) -> list[str]:
+    """All parts that were asked for; the files they left."""
+    made = []
+    if options.only in (None, "speed"):
+        write_csv(options.out / "speed.csv", speed(options))
+        made.append("speed.csv")
+    scenes = [scene for scene in ("box_large", "box_small", "cornell") if options.only is None or scene.endswith(options.only)]
+    if "cornell" in scenes and not box.CORNELL.exists():
+        print("cornell: skipped, no reference (make one: ./run bench --make-reference 4096)")
+        scenes.remove("cornell")
+    rows = [row for scene in scenes for row in error(options, scene)]
+    if rows:
+        write_csv(options.out / "error.csv", rows)
+        made += ["error.csv", *(f"{scene}.png" for scene in scenes)]
+        if options.record:
+            record(rows)
+    return made
+
+
 def main() -> int:
     options = arguments()
     options.out = options.out.resolve()
     options.out.mkdir(parents=True, exist_ok=True)
-    made = []
     try:
-        if options.only in (None, "speed"):
-            write_csv(options.out / "speed.csv", speed(options))
-            made.append("speed.csv")
-        lamps = [lamp for lamp in box.LAMPS if options.only in (None, lamp)]
-        rows = [row for lamp in lamps for row in error(options, lamp)]
-        if rows:
-            write_csv(options.out / "error.csv", rows)
-            made += ["error.csv", *(f"box_{lamp}.png" for lamp in lamps)]
+        if options.make_reference:
+            print(run(options.out, CORNELL, task="cornell_reference", scene="cornell", passes=options.make_reference)[0])
+            return 0
+        made = measure(options)
     except RuntimeError as problem:
         print(f"FAILED: {problem}")
         return 1

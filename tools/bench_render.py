@@ -53,7 +53,7 @@ def cycles(scene, samples, seed):
     settings.samples, settings.seed, settings.use_denoising, settings.use_adaptive_sampling = samples, seed, False, False
     settings.sample_clamp_indirect, settings.blur_glossy = 0, 0
     settings.pixel_filter_type, settings.filter_width = "BOX", 1.0
-    settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = settings.transmission_bounces = 12
+    settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = settings.transmission_bounces = 48
     image = scene.render.image_settings
     image.file_format, image.color_depth = "OPEN_EXR", "32"
     with tempfile.TemporaryDirectory() as folder:
@@ -70,6 +70,10 @@ def cycles(scene, samples, seed):
     return pixels, seconds
 
 
+# Stops by passes alone, and paths as long as the references'
+OPEN_ENDED = {"time_limit": 0.0, "error_target": 0.0, "max_depth": 48}
+
+
 def write(task, **row):
     with open(task["rows"], "a") as file:
         file.write(json.dumps({"scene": task["scene"], **row}) + "\n")
@@ -79,7 +83,7 @@ def error_rows(task, truth, scene, box_filter):
     """Error against time of both renderers, for each amount of work and seed."""
     for seed in range(task["seeds"]):
         for passes in task["passes"]:
-            settings = {"passes": passes, "photons": task["photons"], "seed": seed, "time_limit": 0.0, "error_target": 0.0}
+            settings = {"passes": passes, "photons": task["photons"], "seed": seed, **OPEN_ENDED}
             image, progress, statistics = sluice(scene, box_filter, **settings)
             error, trimmed, mean = box.relmse(image, truth)
             seconds = statistics["seconds"]["compile"] + progress["seconds"]
@@ -89,6 +93,14 @@ def error_rows(task, truth, scene, box_filter):
             image, seconds = cycles(scene, samples, seed)
             error, trimmed, mean = box.relmse(image, truth)
             write(task, renderer="Cycles", work=f"{samples} spp", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean)
+
+
+def small_cornell():
+    """The open scene without edits (Cycles knows none), at a quarter of its size."""
+    scene = bpy.context.scene
+    scene.sluice.use_edits = False
+    scene.render.resolution_x, scene.render.resolution_y = scene.render.resolution_x // 4, scene.render.resolution_y // 4
+    return scene
 
 
 def speed_rows(task, scene):
@@ -103,6 +115,12 @@ def main(task):
     if task["task"] == "box":
         scene = box.build(task["lamp"])
         error_rows(task, box.reference(task["lamp"]), scene, box_filter=True)
+    elif task["task"] == "cornell":
+        error_rows(task, np.load(box.CORNELL).astype(np.float64), small_cornell(), box_filter=True)
+    elif task["task"] == "cornell_reference":
+        image, progress, _ = sluice(small_cornell(), True, passes=task["passes"], photons=65536, seed=4711, **OPEN_ENDED)
+        np.save(box.CORNELL, image.astype(np.float16))
+        write(task, passes=progress["pass"], seconds=progress["seconds"], estimate=progress["error_estimate"])
     elif task["task"] == "speed":
         speed_rows(task, bpy.context.scene)
     else:

@@ -11,6 +11,9 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
+# blend_scenes/cornell.blend without edits at 240 × 135, by Sluice itself (./run bench --make-reference): it shows noise and the speed of
+# convergence, not a bias of its own
+CORNELL = HERE / "cornell.npy"
 LAMPS = {"large": (0.25, 15.0), "small": (0.02, 2343.75)}  # half edge (m) and radiance: the same power
 
 # The floor to beat: passes, seconds and relMSE of a prototype on two threads, large lamp
