@@ -78,21 +78,7 @@ void Session::render_scene(const Scene& scene) {
   ThreadPool pool(settings_.threads);
   const TransportSettings& transport = settings_.transport;
   const Effects effects = find_effects(scene, transport);
-  const auto film = [&] {
-    const std::lock_guard lock(film_lock_);
-    film_ = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0);
-    return film_.get();
-  }();
-  {
-    const std::lock_guard lock(lock_);
-    statistics_.seconds[static_cast<std::size_t>(Phase::Compile)] = seconds_since(begin_);
-    statistics_.reasons = effects.reasons;
-    statistics_.triangles = scene.triangle_count();
-    statistics_.threads = pool.size();
-    for (int e = 0; e < scene.edits().size(); ++e) statistics_.edit_names.push_back(scene.edits()[e].name);
-    progress_.state = State::Rendering;
-    begin_ = Clock::now();
-  }
+  start_rendering(scene, effects);
   const Guide guide = make_guide(scene, transport, effects, pool, cancel_);
   {
     const std::lock_guard lock(lock_);
@@ -110,34 +96,51 @@ void Session::render_scene(const Scene& scene) {
     Counts counts;
     const bool traced = !effects.photons() || photon_pass.run(context, pool, cancel_, photons, counts);
     const double photon_seconds = seconds_since(pass_begin);
-    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film, film_lock_, counts)) {
+    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film_, film_lock_, counts)) {
       stop = StopReason::Cancelled;
       break;
     }
-    if ((pass + 1) % passes_per_block == 0) {
-      const std::lock_guard lock(film_lock_);
-      film->close_block();
-    }
-    {
-      const std::lock_guard lock(lock_);
-      statistics_.counts += counts;
-      statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
-      statistics_.seconds[static_cast<std::size_t>(Phase::View)] += seconds_since(pass_begin) - photon_seconds;
-      if (counts.ledger.emitted > 0)
-        statistics_.worst_ledger_residual = std::max(statistics_.worst_ledger_residual, std::abs(counts.ledger.residual()) / counts.ledger.emitted);
-      const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
-      if (photons.all.size() > 0) statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
-      progress_.pass = pass + 1;
-      progress_.photons += counts.photon_paths;
-      progress_.memory = film->bytes() + map_bytes;
-    }
+    const bool block_ends = (pass + 1) % passes_per_block == 0;
+    if (block_ends) close_film_block();
+    record_pass(counts, photons, photon_seconds, seconds_since(pass_begin) - photon_seconds);
     stop = should_stop(seconds_since(pass_begin));
   }
+  close_film_block();
+  finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
+}
+
+void Session::start_rendering(const Scene& scene, const Effects& effects) {
   {
     const std::lock_guard lock(film_lock_);
-    film->close_block();
+    film_ = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0);
   }
-  finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
+  const std::lock_guard lock(lock_);
+  statistics_.seconds[static_cast<std::size_t>(Phase::Compile)] = seconds_since(begin_);
+  statistics_.reasons = effects.reasons;
+  statistics_.triangles = scene.triangle_count();
+  statistics_.threads = settings_.threads;
+  for (int e = 0; e < scene.edits().size(); ++e) statistics_.edit_names.push_back(scene.edits()[e].name);
+  progress_.state = State::Rendering;
+  begin_ = Clock::now();
+}
+
+void Session::close_film_block() {
+  const std::lock_guard lock(film_lock_);
+  film_->close_block();
+}
+
+void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds) {
+  const std::lock_guard lock(lock_);
+  statistics_.counts += counts;
+  statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
+  statistics_.seconds[static_cast<std::size_t>(Phase::View)] += view_seconds;
+  if (counts.ledger.emitted > 0)
+    statistics_.worst_ledger_residual = std::max(statistics_.worst_ledger_residual, std::abs(counts.ledger.residual()) / counts.ledger.emitted);
+  const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
+  if (photons.all.size() > 0) statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
+  ++progress_.pass;
+  progress_.photons += counts.photon_paths;
+  progress_.memory = film_->bytes() + map_bytes;
 }
 
 // After each pass. The error is looked at when all streams have as many passes.

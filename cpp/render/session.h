@@ -19,6 +19,7 @@
 #include "transport/effects.h"
 #include "transport/film.h"
 #include "transport/guide.h"
+#include "transport/pass.h"
 
 namespace sluice {
 
@@ -85,6 +86,9 @@ class Session {
  private:
   void run(SceneDescription description);
   void render_scene(const Scene& scene);
+  void start_rendering(const Scene& scene, const Effects& effects);
+  void close_film_block();
+  void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
   [[nodiscard]] double elapsed() const;

@@ -13,10 +13,10 @@ namespace sluice {
 
 inline constexpr int max_lobes = 8;
 
-// No default values: a Bsdf on the stack costs nothing but its count.
+// Hardly any default values: a Bsdf on the stack should cost next to nothing.
 struct Lobe {
   Event event;         // D, S (delta, or Blender roughness <= specular_threshold) or G
-  bool delta;          // one direction only: eval and pdf are 0
+  bool delta = false;  // one direction only: eval and pdf are 0
   std::uint8_t under;  // bit i: light passes Bsdf::layers[i] on its way here (photons only; on view paths it is folded into weight)
   float choice;        // average of `albedo`: what picks this lobe
   Color weight;

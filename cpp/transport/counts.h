@@ -22,14 +22,13 @@ struct Ledger {
 };
 
 struct EditCounts {
-  std::uint64_t crossed = 0;  // entry crossings by light paths in a state that was asked about
   std::uint64_t matched = 0;  // taken by the entry
   std::uint64_t moved = 0;    // copies sent on by exits
   std::uint64_t capped = 0;   // absorbed at max_gates
   double energy_in = 0, energy_out = 0;
 
   void operator+=(const EditCounts& o) noexcept {
-    crossed += o.crossed, matched += o.matched, moved += o.moved, capped += o.capped;
+    matched += o.matched, moved += o.moved, capped += o.capped;
     energy_in += o.energy_in, energy_out += o.energy_out;
   }
 };
