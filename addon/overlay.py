@@ -89,15 +89,17 @@ def _draw_shapes(found, region, region_3d, tint):
     # Once solid where it is in front, once faint where something hides it
     for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
         gpu.state.depth_test_set(depth_test)
-        _draw_batch(gpu, 'TRIS', "SMOOTH_COLOR", found.fills, region_3d, strength * tint)
-        _draw_batch(gpu, 'LINES', "POLYLINE_SMOOTH_COLOR", found.lines, region_3d, strength, region)
+        _draw_batch(gpu, found.fills, region_3d, strength * tint)
+        _draw_batch(gpu, found.lines, region_3d, strength, region)
     gpu.state.depth_test_set('NONE')
     gpu.state.depth_mask_set(True)
     gpu.state.blend_set('NONE')
 
 
-def _draw_batch(gpu, kind, shader_name, parts, region_3d, strength, region=None):
+def _draw_batch(gpu, parts, region_3d, strength, region=None):
+    """Triangles, or lines as wide in every region."""
     from gpu_extras.batch import batch_for_shader
+    kind, shader_name = ('TRIS', "SMOOTH_COLOR") if region is None else ('LINES', "POLYLINE_SMOOTH_COLOR")
     shader = compat.builtin_shader(gpu, shader_name)
     points = np.concatenate([points for points, _color in parts])
     colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
