@@ -36,10 +36,17 @@ inline ThreadPool& pool() {
   return threads;
 }
 
-inline std::vector<Regions> ask_oracle(const SceneDescription& description, const Scene& scene, const TransportSettings& settings, Which which, const Effort& effort) {
+// Scenes are independent of each other.
+inline std::uint64_t seed_of(const std::string& name) {
+  std::uint64_t h = 0;
+  for (const char c : name) h = mix(h, static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  return h >> 16;
+}
+
+inline std::vector<Regions> ask_oracle(const SceneDescription& description, const Scene& scene, const TransportSettings& settings, Which which, const Effort& effort, std::uint64_t first_seed) {
   std::vector<Regions> out(static_cast<std::size_t>(effort.batches), Regions(effort.side));
   pool().parallel_for(out.size(), [&](std::size_t b, int) {
-    const std::uint64_t seed = 1000 + b;
+    const std::uint64_t seed = first_seed + b;
     if (which == Which::Forward)
       out[b] = ForwardTracer(description, scene, settings).render(effort.side, effort.paths, seed);
     else
@@ -77,8 +84,9 @@ inline std::string report_line(const std::string& name, const std::vector<Region
   const Sample a = whole(core), b = whole(oracle);
   const Difference d = difference(a, b);
   char line[200];
-  std::snprintf(line, sizeof line, "  %-10s core %.5f  oracle %.5f  difference %+.2f %% ± %.2f  p %.3g\n", name.c_str(), a.mean, b.mean, b.mean != 0 ? 100 * d.value / b.mean : 0.0,
-                b.mean != 0 ? 100 * d.margin(0.05) / b.mean : 0.0, d.p());
+  const double percent = b.mean != 0 ? 100 / b.mean : 0;
+  std::snprintf(line, sizeof line, "  %-10s core %.5f ± %.2f %%  oracle %.5f ± %.2f %%  difference %+.2f %% ± %.2f  p %.3g\n", name.c_str(), a.mean, percent * std::sqrt(a.variance), b.mean,
+                percent * std::sqrt(b.variance), percent * d.value, percent * d.margin(0.05), d.p());
   return line;
 }
 
@@ -115,9 +123,9 @@ inline void compare(const std::string& name, const Stage& stage, Which which, co
   for (const Warning& w : warnings) std::cout << "  warning: " << w.item << ": " << w.message << "\n";
   Counts counts;
   const auto seconds = [begin = std::chrono::steady_clock::now()] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
-  const std::vector<Regions> core = render_core(*scene, stage.settings, {effort.seeds, effort.passes, is_full(), stage.gather_radius}, effort.side, pool(), counts);
+  const std::vector<Regions> core = render_core(*scene, stage.settings, {effort.seeds, effort.passes, seed_of(name), is_full(), stage.gather_radius}, effort.side, pool(), counts);
   const double core_seconds = seconds();
-  const std::vector<Regions> oracle = ask_oracle(description, *scene, stage.settings, which, effort);
+  const std::vector<Regions> oracle = ask_oracle(description, *scene, stage.settings, which, effort, seed_of(name) + 1000);
   std::printf("%s (core %.1f s, oracle %.1f s)\n", name.c_str(), core_seconds, seconds() - core_seconds);
   for (std::size_t e = 0; e < counts.edits.size(); ++e)
     std::printf("  edit %zu \"%s\": took %llu light paths\n", e, description.edits[e].expression.c_str(), static_cast<unsigned long long>(counts.edits[e].matched));

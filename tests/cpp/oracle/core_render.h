@@ -10,6 +10,7 @@ namespace sluice::oracle {
 
 struct CoreRender {
   int seeds = 16, passes = 4;
+  std::uint64_t first_seed = 1;
   bool guide_per_seed = false;   // as a session does; one guide for all seeds saves the pilot's time and is as unbiased
   double gather_radius = 0.03;   // at y, first pass (m)
 };
@@ -38,8 +39,8 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
   };
   Guide guide = guide_of();
   std::vector<Regions> out;
-  for (int seed = 1; seed <= how.seeds; ++seed) {
-    settings.seed = static_cast<std::uint64_t>(seed);
+  for (int seed = 0; seed < how.seeds; ++seed) {
+    settings.seed = how.first_seed + static_cast<std::uint64_t>(seed);
     if (how.guide_per_seed) guide = guide_of();
     PhotonPass photon_pass(scene, settings, effects, pool.size());
     ViewPass view_pass(scene, settings, effects, pool.size());

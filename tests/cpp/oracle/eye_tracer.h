@@ -73,7 +73,7 @@ class EyeTracer {
       const int plane = view.plane;
       view.plane = -1;
       const auto here = rules_.gates.at(plane, view.origin);
-      if (!choose_gate(view, here, 0)) return false;
+      if (!choose_gate(view, std::span(here.begin(), here.size()), 0)) return false;
       if (view.plane >= 0) return true;
     }
     if (view.view_edit >= 0) {
@@ -92,14 +92,14 @@ class EyeTracer {
         if (lamps[i].t > seen && lamps[i].t <= until) arrive(scene_.light_entity(lamps[i].light), lamps[i].radiance, view.origin + V3d(view.direction) * lamps[i].t);
       seen = until;
     };
-    const auto met = rules_.gates.empty() ? std::vector<Meeting>() : rules_.gates.along(view.origin, V3d(view.direction), t_end, view.skipped_plane);
+    const auto met = rules_.gates.empty() ? Meetings() : rules_.gates.along(view.origin, V3d(view.direction), t_end, view.skipped_plane);
     for (std::size_t i = 0; i < met.size();) {
       std::size_t end = i;
       while (end < met.size() && met[end].gate->plane == met[i].gate->plane && met[end].t == met[i].t) ++end;
       see_lamps(met[i].t);
       for (std::size_t k = i; k < end; ++k)
         if (is_view_capture(met[k])) return enter_view_edit(view, met[k]);
-      if (!choose_gate(view, {met.begin() + static_cast<std::ptrdiff_t>(i), met.begin() + static_cast<std::ptrdiff_t>(end)}, met[i].t)) return false;
+      if (!choose_gate(view, std::span(met.begin() + static_cast<std::ptrdiff_t>(i), end - i), met[i].t)) return false;
       if (view.plane >= 0) return true;
       i = end;
     }
@@ -109,8 +109,8 @@ class EyeTracer {
   }
 
   // At one point of one plane: straight on, or backward through one of the gates of light edits that light may have left here.
-  bool choose_gate(View& view, const std::vector<Meeting>& here, double t) {
-    std::vector<Meeting> ways;
+  bool choose_gate(View& view, std::span<const Meeting> here, double t) {
+    Meetings ways;
     for (const Meeting& m : here)
       if (!m.gate->of_view && (!m.gate->is_entry() || rules_.gates.weight(m.gate->edit, m.uv) < 1)) ways.push_back(m);
     if (ways.empty()) return true;

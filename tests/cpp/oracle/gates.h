@@ -3,6 +3,7 @@
 // crossings, the transform T of paper §4.2 with its gains, H. Shares nothing with cpp/edit but plain descriptions and image lookup.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <tuple>
 #include <vector>
 
@@ -28,6 +29,23 @@ struct Meeting {  // a ray meets a quad
   double t;
   V2d uv;
   const Gate* gate;
+};
+
+// The few that a segment or a point meets.
+class Meetings {
+ public:
+  void push_back(const Meeting& m) { met_.at(count_++) = m; }
+  [[nodiscard]] auto begin() const { return met_.begin(); }
+  [[nodiscard]] auto end() const { return met_.begin() + static_cast<std::ptrdiff_t>(count_); }
+  [[nodiscard]] auto begin() { return met_.begin(); }
+  [[nodiscard]] auto end() { return met_.begin() + static_cast<std::ptrdiff_t>(count_); }
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  const Meeting& operator[](std::size_t i) const { return met_[i]; }
+
+ private:
+  std::array<Meeting, 24> met_;
+  std::size_t count_ = 0;
 };
 
 // What T does to a path, besides H: where and in which direction it goes on, times what.
@@ -88,8 +106,8 @@ class Gates {
   [[nodiscard]] bool has_view_edits() const { return std::any_of(gates_.begin(), gates_.end(), [](const Gate& g) { return g.of_view; }); }
 
   // All quads on the segment, 0 < t <= t_end, by t, then order.
-  [[nodiscard]] std::vector<Meeting> along(const V3d& origin, const V3d& direction, double t_end, int skipped_plane) const {
-    std::vector<Meeting> met;
+  [[nodiscard]] Meetings along(const V3d& origin, const V3d& direction, double t_end, int skipped_plane) const {
+    Meetings met;
     for (const Gate& g : gates_) {
       if (g.plane == skipped_plane) continue;
       const Plane& plane = planes_[static_cast<std::size_t>(g.plane)];
@@ -103,8 +121,8 @@ class Gates {
     return met;
   }
   // All quads of a plane at one of its points, by order.
-  [[nodiscard]] std::vector<Meeting> at(int plane, const V3d& point) const {
-    std::vector<Meeting> met;
+  [[nodiscard]] Meetings at(int plane, const V3d& point) const {
+    Meetings met;
     for (const Gate& g : gates_)
       if (g.plane == plane)
         if (const auto uv = locate(g, point)) met.push_back({0, *uv, &g});

@@ -20,18 +20,18 @@ class EditMaker {
 
   void add(Stage& stage, const EditKinds& kinds) {
     const std::string& expression = kinds.expressions[static_cast<std::size_t>(random_.below(static_cast<int>(kinds.expressions.size())))];
-    const double half = real(0.3, 0.6);
+    const double half = real(0.2, 0.45);
     const M44d entry = any_place(real(0, 1) < 0.3 ? 0 : real(0.1, 1.2));
     EditDescription& e = stage.edit("Edit" + std::to_string(stage.scene.edits.size()), expression, entry, half);
     places_.push_back(entry);
     if (kinds.partial && real(0, 1) < 0.3) e.amount = 0.6f, e.feather = 0.5f;
-    e.repeat = kinds.repeat && real(0, 1) < 0.3;
-    const int exits = random_.below(6) == 0 ? 0 : 1 + random_.below(2);
+    e.repeat = kinds.repeat && real(0, 1) < 0.2;
+    const int exits = random_.below(6) == 0 ? 0 : 1 + (random_.below(3) == 0);
     for (int i = 0; i < exits; ++i) {
       const M44d at = kinds.exits_over_floor ? any_place(real(0, 1) < 0.3 ? 0 : real(0.1, 1.2)) : beside();
       ExitDescription& x = stage.exit(e, at, half * real(0.7, 1.3));
       places_.push_back(at);
-      x.intensity = static_cast<float>(real(0.4, 1.2));
+      x.intensity = static_cast<float>(real(0.4, 1));
       if (kinds.hue && real(0, 1) < 0.5) x.hue_shift = static_cast<float>(real(-3, 3));
       x.keep_brightness = real(0, 1) < 0.5;
     }
@@ -56,7 +56,7 @@ class EditMaker {
       for (int i = 0; i < 3; ++i) m[3][i] += a * m[0][i] + b * m[1][i];
       return m;
     }
-    const V3d at(real(-0.4, 0.4), real(-0.4, 0.4), z);
+    const V3d at(real(-0.5, 0.5), real(-0.5, 0.5), z);
     const V3d up = z == 0 ? V3d(0, 0, 1) : V3d(real(-0.6, 0.6), real(-0.6, 0.6), real(0, 1) < 0.5 ? 1 : -1);
     M44d m = facing(up, at, real(0.7, 1.3), real(0.7, 1.3), real(0, 6));
     if (real(0, 1) < 0.3)  // sheared

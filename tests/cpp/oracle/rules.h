@@ -44,7 +44,7 @@ class Rules {
   }
 
  private:
-  [[nodiscard]] std::optional<Meeting> first(const History& h, const std::vector<Meeting>& met, int own) {
+  [[nodiscard]] std::optional<Meeting> first(const History& h, const Meetings& met, int own) {
     for (const Meeting& m : met)
       if (m.gate->is_entry() && !m.gate->of_view && m.gate->edit != own && takes(h, m.gate->edit)) return m;
     return {};
