@@ -28,13 +28,14 @@ class Receiver {
   }
   [[nodiscard]] bool empty() const noexcept { return empty_; }
 
-  // f for a photon of this surface; empty if it is not on it. ng of the vertex looks to the eye's side.
+  // Does the photon lie on this surface, on a side that the lobes can see? ng of the vertex looks to the eye's side.
   [[nodiscard]] bool accepts(const Photon& photon, float radius) const noexcept {
     const V3f& ng = vertex_.bsdf.ng;
     const float cosine = unpack_direction(photon.normal).dot(ng);
     if (transmits_ ? std::abs(cosine) < like_normal : cosine < like_normal) return false;
     return std::abs((photon.position - position()).dot(ng)) <= disk_thickness * radius;
   }
+  // f(wi -> wo) for its direction.
   [[nodiscard]] Color f(const Photon& photon) const noexcept {
     if (flat_lambert_) return lambert_;
     const V3f wi = unpack_direction(photon.wi);

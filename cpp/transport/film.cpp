@@ -67,12 +67,12 @@ Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_co
     means[streams] = V3d(sum(pixel, at), sum(pixel, at + 1), sum(pixel, at + 2)) / passes[s];
     mean += means[streams++];
   }
-  if (streams == 0) return {Color(0), Color(0)};
+  if (streams == 0) return {V3d(0), V3d(0)};
   mean /= streams;
   V3d variance(0);
   for (int s = 0; s < streams; ++s) variance += (means[s] - mean) * (means[s] - mean);
   if (streams > 1) variance /= streams * (streams - 1.0);
-  return {Color(mean), Color(variance)};
+  return {mean, variance};
 }
 
 std::vector<float> Film::image(const std::string& name) const {
@@ -95,8 +95,8 @@ std::vector<float> Film::image(const std::string& name) const {
         to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
       } else if (name == "Noise") {
         const Estimate e = estimate(pixel, passes);
-        const float mean = luminance(e.mean);
-        to[0] = mean > 0 ? std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean : 0;
+        const float mean = luminance(Color(e.mean));
+        to[0] = mean > 0 ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean) : 0;
       } else {
         const int first = at + (part >= 0 && part < part_count ? 3 * static_cast<int>(part) : 0);
         for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, first + i) / count);
@@ -112,12 +112,12 @@ double Film::relative_error() const noexcept {
   std::vector<Estimate> estimates(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
     estimates[p] = estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
-    image_mean += luminance(estimates[p].mean) / static_cast<double>(pixels);
+    image_mean += luminance(Color(estimates[p].mean)) / static_cast<double>(pixels);
   }
   const double floor = square(image_mean / 10);
   if (!(floor > 0)) return 0;
   for (const Estimate& e : estimates)
-    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(static_cast<double>(e.mean[i])) + floor) / 3;
+    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(e.mean[i]) + floor) / 3;
   return std::sqrt(error / static_cast<double>(pixels));
 }
 

@@ -68,7 +68,7 @@ class Film {
                        normal_at = depth_at + 1, albedo_at = normal_at + 3, stride = albedo_at + 3;
 
   struct Estimate {
-    Color mean, variance;  // of the mean
+    V3d mean, variance;  // of the mean; in double, as squares of bright lights overflow floats
   };
   [[nodiscard]] int tile_of(int x, int y) const noexcept { return (y / tile) * tiles_x() + x / tile; }
   [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride + at] + block_[pixel * stride + at]; }
