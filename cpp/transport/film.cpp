@@ -107,17 +107,16 @@ std::vector<float> Film::image(const std::string& name) const {
 
 double Film::relative_error() const noexcept {
   if (finished_passes() < stream_count) return -1;
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  const auto at = [this](std::size_t p) { return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]); };
   double image_mean = 0, error = 0;
-  const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
-  std::vector<Estimate> estimates(pixels);
-  for (std::size_t p = 0; p < pixels; ++p) {
-    estimates[p] = estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
-    image_mean += luminance(Color(estimates[p].mean)) / static_cast<double>(pixels);
-  }
+  for (std::size_t p = 0; p < pixels; ++p) image_mean += luminance(at(p).mean) / static_cast<double>(pixels);
   const double floor = square(image_mean / 10);
-  if (!(floor > 0)) return 0;
-  for (const Estimate& e : estimates)
-    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(e.mean[i]) + floor) / 3;
+  if (!(floor > 0)) return -1;  // a black picture says nothing about what it has not found
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const Estimate e = at(p);
+    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(static_cast<double>(e.mean[i])) + floor) / 3;
+  }
   return std::sqrt(error / static_cast<double>(pixels));
 }
 

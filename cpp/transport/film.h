@@ -55,7 +55,7 @@ class Film {
   [[nodiscard]] static int channels(const std::string& name) noexcept;
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
-  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0 with fewer than 4 passes.
+  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0: fewer than 4 passes, or black.
   [[nodiscard]] double relative_error() const noexcept;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
