@@ -108,13 +108,15 @@ def _run(engine, job, session):
     progress = session.progress()
     if progress["state"] == 'failed':
         raise core_failure(progress)
-    _report_warnings(engine, job.warnings + list(session.warnings()))
+    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once
     images = session.snapshot([item.name for item in passes.PASSES])
     if images is None:
         if stopped:
             return  # Esc before the first image: Blender keeps what it showed and writes nothing
         raise Failure("the render ended without an image")
-    passes.write(result, images)
+    written = passes.write(result, images)
+    if "Combined" not in written:
+        raise Failure("the picture does not fit the size that Blender asked for")
     engine.end_result(result)
     log.close(session, job.warnings)
     _finish(engine, session, progress, job)

@@ -194,7 +194,8 @@ class SLUICE_MT_add_edit(bpy.types.Menu):
 
     def draw(self, _context):
         for label, expression, _description, icon in KINDS:
-            self.layout.operator("sluice.add_edit", text=label, icon=icon).expression = expression
+            shown = icon if _has_icon(icon) else 'LIGHT'
+            self.layout.operator("sluice.add_edit", text=label, icon=shown).expression = expression
 
 
 def draw_add_menu(self, context):

@@ -183,7 +183,11 @@ Image read_image(Reader& r) {
   std::vector<float> rgba;
   r.rows<float>("rgba", rgba);
   if (rgba.empty()) return image;
-  return make_image(image.name, image.width, image.height, std::move(rgba), space);
+  try {
+    return make_image(image.name, image.width, image.height, std::move(rgba), space);
+  } catch (const SceneError&) {
+    return image;  // no pixels: compile() warns and draws the placeholder
+  }
 }
 
 QuadDescription read_quad(Reader& r) {
@@ -256,7 +260,7 @@ RenderSettings read_settings(const py::dict& settings) {
   std::int64_t seed = 0;
   double error_percent = 0;
   r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed), r.value("use_animated_seed", s.use_animated_seed);
-  r.value("max_depth", t.max_depth), r.value("max_gates", t.max_gates);
+  r.value("max_depth", t.max_depth);
   r.value("time_limit", s.time_limit), r.value("error_target", error_percent);
   r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics), r.value("use_edited", t.use_edited);
   r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits), r.value("film_transparent", t.transparent_film);

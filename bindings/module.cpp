@@ -88,19 +88,27 @@ py::dict statistics_of(const Session& session) {
   return d;
 }
 
+// A session waits for its threads when it dies; Python's other threads must not wait with it.
+struct DeleteWithoutGil {
+  void operator()(Session* session) const {
+    const py::gil_scoped_release release;
+    delete session;
+  }
+};
+
 // {name: float32 (height, width, channels)} or None before the first tile.
 py::object snapshot_of(const Session& session, const std::vector<std::string>& names) {
+  std::vector<Session::Picture> found;
+  {
+    const py::gil_scoped_release release;
+    found = session.pictures(names);
+  }
+  if (found.empty()) return py::none();
   py::dict pictures;
-  for (const std::string& name : names) {
-    std::optional<Session::Picture> picture;
-    {
-      const py::gil_scoped_release release;
-      picture = session.picture(name);
-    }
-    if (!picture) return py::none();
-    auto* pixels = new std::vector<float>(std::move(picture->pixels));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    auto* pixels = new std::vector<float>(std::move(found[i].pixels));
     const py::capsule owner(pixels, [](void* p) { delete static_cast<std::vector<float>*>(p); });
-    pictures[name.c_str()] = py::array_t<float>({picture->height, picture->width, picture->channels}, pixels->data(), owner);
+    pictures[names[i].c_str()] = py::array_t<float>({found[i].height, found[i].width, found[i].channels}, pixels->data(), owner);
   }
   return pictures;
 }
@@ -112,7 +120,7 @@ py::dict check_expression(const std::string& text, const std::vector<std::string
   std::vector<Entity> entities;
   for (const std::string& name : names) entities.push_back({{name}});
   Warnings warnings;
-  warn_unknown_names(std::span(&rule, 1), entities, {}, warnings);
+  warn_unknown_names(std::span(&rule, 1), entities, entities, warnings);  // objects, lights, collections and entries alike
   py::list messages;
   for (const Warning& warning : warnings) messages.append(warning.message);
   py::dict d;
@@ -145,7 +153,7 @@ PYBIND11_MODULE(sluice_core, m) {
         }, py::arg("expression"), py::arg("events"), py::arg("words"), "Rows of `words` are numbers of `events`, ended early by 255; 0 or 1 per row.");
   m.def("check_expression", &check_expression, py::arg("text"), py::arg("names"), "{'side', 'warnings'} of an edit's expression; ExpressionError if it has none.");
 
-  py::class_<Session>(m, "Session", py::module_local(), "One render: start, poll, read pictures.")
+  py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session", py::module_local(), "One render: start, poll, read pictures.")
       .def(py::init<>())
       .def("start", [](Session& s, const py::dict& description, const py::dict& settings) {
           SceneDescription scene = read_description(description);
@@ -154,7 +162,7 @@ PYBIND11_MODULE(sluice_core, m) {
           s.start(std::move(scene), how);
         }, py::arg("description"), py::arg("settings"), "Copies both and returns; the render runs on threads of its own.")
       .def("wait", &Session::wait, py::arg("seconds"), py::call_guard<py::gil_scoped_release>(), "True when it is over.")
-      .def("cancel", &Session::cancel)
+      .def("cancel", &Session::cancel, py::call_guard<py::gil_scoped_release>())
       .def("progress", &progress_of)
       .def("warnings", [](const Session& s) {
           py::list found;
@@ -163,5 +171,5 @@ PYBIND11_MODULE(sluice_core, m) {
         })
       .def("snapshot", &snapshot_of, py::arg("names"))
       .def("statistics", &statistics_of)
-      .def("film_hash", [](const Session& s) { return hex(s.film_hash()); });
+      .def("film_hash", [](const Session& s) { return hex(s.film_hash()); }, py::call_guard<py::gil_scoped_release>());
 }

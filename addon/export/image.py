@@ -4,7 +4,7 @@ import numpy as np
 
 from .. import compat
 
-MAX_SIDE = 16384  # pixels; larger ones are refused before anything is allocated
+MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # larger ones are refused before anything is allocated
 
 
 class ImageTable:
@@ -41,15 +41,20 @@ class ImageTable:
         empty = {"name": image.name, "width": 0, "height": 0, "color_space": space, "rgba": np.empty((0, 0, 4), np.float32)}
         if image.source in {'SEQUENCE', 'MOVIE', 'TILED'}:
             self._warn(image.name, f"{image.source.lower()} images are not supported: the one that is loaded is used")
-        if max(width, height) > MAX_SIDE:
-            self._warn(image.name, f"image of {width} × {height} pixels, more than {MAX_SIDE} a side: a placeholder is used")
+        if max(width, height) > MAX_SIDE or width * height > MAX_PIXELS:
+            self._warn(image.name, f"image of {width} × {height} pixels, more than {MAX_SIDE} a side or "
+                                   f"{MAX_PIXELS // 1_000_000} million: a placeholder is used")
             return empty
         if width == 0 or height == 0 or image.channels == 0:
             self._warn(image.name, f"image not found ({image.filepath or 'no file'}): a placeholder is used")
             return empty
         pixels = np.empty(width * height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
-        return {**empty, "width": width, "height": height, "rgba": _as_rgba(pixels.reshape(height, width, image.channels))}
+        rgba = _as_rgba(pixels.reshape(height, width, image.channels))
+        if image.is_float and image.channels in {2, 4}:  # Blender keeps float images premultiplied
+            alpha = rgba[..., 3:]
+            np.divide(rgba[..., :3], alpha, out=rgba[..., :3], where=alpha > 0)
+        return {**empty, "width": width, "height": height, "rgba": rgba}
 
 
 def _as_rgba(pixels):

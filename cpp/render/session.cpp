@@ -2,8 +2,10 @@
 #include "render/session.h"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 #include "edit/gates.h"
 #include "transport/photon_pass.h"
@@ -27,14 +29,23 @@ void Session::start(SceneDescription description, RenderSettings settings) {
     if (progress_.state != State::Idle) throw std::logic_error("a session renders once: make a new one");
     settings_ = std::move(settings);
     if (settings_.threads <= 0) settings_.threads = hardware_threads();
-    settings_.passes = std::max(settings_.passes, 1);
+    settings_.threads = std::min(settings_.threads, 4 * hardware_threads());
+    settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
+    TransportSettings& t = settings_.transport;  // whatever a file says: these bounds keep every index and radius meaningful
+    t.photons = std::clamp(t.photons, 1, 1 << 28);
+    t.max_depth = std::clamp(t.max_depth, 1, 250);
+    t.caustic_radius_factor = std::isfinite(t.caustic_radius_factor) ? std::clamp(t.caustic_radius_factor, 0.1f, 100.0f) : TransportSettings().caustic_radius_factor;
     if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
     progress_.passes = settings_.passes;
     begin_ = Clock::now();
   }
   if (!settings_.use_edits) description.edits.clear();
-  task_ = BackgroundTask([this, scene = std::move(description)]() mutable { run(std::move(scene)); });
+  try {
+    task_ = BackgroundTask([this, scene = std::move(description)]() mutable { run(std::move(scene)); });
+  } catch (const std::system_error& error) {
+    fail(std::string("no thread could be started: ") + error.what());
+  }
 }
 
 void Session::cancel() noexcept { cancel_ = true; }
@@ -42,18 +53,11 @@ void Session::cancel() noexcept { cancel_ = true; }
 bool Session::wait(double seconds) {
   std::unique_lock lock(lock_);
   const auto over = [this] { return progress_.state != State::Compiling && progress_.state != State::Rendering; };
-  return over_.wait_for(lock, std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6)), over);
+  return over_.wait_for(lock, std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 1e6) : 0.0), over);
 }
 
 // Worker threads turn everything into a status: an exception that left one would end the host (Blender).
 void Session::run(SceneDescription description) {
-  const auto fail = [this](std::string message, std::string item = {}, int column = 0) {
-    {
-      const std::lock_guard lock(lock_);
-      progress_.failure = Failure{std::move(message), std::move(item), column};
-    }
-    finish(State::Failed);
-  };
   try {
     Warnings warnings;
     const std::unique_ptr<const Scene> scene = compile(std::move(description), warnings, [this] { return cancel_.load(); }, settings_.threads);
@@ -71,7 +75,18 @@ void Session::run(SceneDescription description) {
     fail("out of memory: render fewer pixels, smaller textures or fewer polygons");
   } catch (const std::exception& error) {
     fail(error.what());
+  } catch (...) {
+    fail("an unknown error");
   }
+}
+
+void Session::fail(const std::string& message, const std::string& item, int column) noexcept {
+  try {
+    const std::lock_guard lock(lock_);
+    progress_.failure = Failure{message, item, column};
+  } catch (...) {  // no memory for words: failed all the same
+  }
+  finish(State::Failed);
 }
 
 void Session::render_scene(const Scene& scene) {
@@ -195,11 +210,13 @@ Statistics Session::statistics() const {
   return statistics_;
 }
 
-std::optional<Session::Picture> Session::picture(const std::string& name) const {
-  const int channels = Film::channels(name);
+std::vector<Session::Picture> Session::pictures(const std::vector<std::string>& names) const {
+  if (std::ranges::any_of(names, [](const std::string& name) { return Film::channels(name) == 0; })) return {};
   const std::lock_guard lock(film_lock_);
-  if (!film_ || channels == 0 || !film_->has_samples()) return {};
-  return Picture{film_->width(), film_->height(), channels, film_->image(name)};
+  if (!film_ || !film_->has_samples()) return {};
+  std::vector<Picture> found;
+  for (const std::string& name : names) found.push_back({film_->width(), film_->height(), Film::channels(name), film_->image(name)});
+  return found;
 }
 
 std::uint64_t Session::film_hash() const {

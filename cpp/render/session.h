@@ -79,8 +79,8 @@ class Session {
     int width, height, channels;
     std::vector<float> pixels;  // row 0 at the bottom
   };
-  // A pass of the film by name, unfinished passes included. Empty: there is nothing yet, or no pass of that name.
-  [[nodiscard]] std::optional<Picture> picture(const std::string& name) const;
+  // Passes of the film by name, of one moment, unfinished passes included. Empty: there is nothing yet, or no pass of such a name.
+  [[nodiscard]] std::vector<Picture> pictures(const std::vector<std::string>& names) const;
   [[nodiscard]] std::uint64_t film_hash() const;
 
  private:
@@ -89,6 +89,7 @@ class Session {
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
   void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
+  void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
   [[nodiscard]] double elapsed() const;

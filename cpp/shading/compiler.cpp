@@ -8,6 +8,7 @@ namespace sluice {
 namespace {
 
 constexpr int largest_tree = 4096, deepest_tree = 256, most_instructions = 8192, most_closures = 128;
+constexpr int most_shader_visits = 4096;  // a shader that many mixes share is walked once per way to it
 
 [[nodiscard]] Register gray_of(const Instruction& i, const Evaluation& e) noexcept { return Register(luminance(operand(i, e, 0))); }
 [[nodiscard]] Register mean_of(const Instruction& i, const Evaluation& e) noexcept {
@@ -132,7 +133,7 @@ void MaterialCompiler::build_shader(int node, const std::string& output, const V
   if (node < 0 || node >= static_cast<int>(description_.nodes.size())) return;  // an unlinked shader socket is black
   const std::string& kind = description_.nodes[static_cast<std::size_t>(node)].kind;
   if (weight.operand < 0 && max_component(program_.constants[static_cast<std::size_t>(~weight.operand)]) <= 0) return;
-  if (depth_ >= deepest_tree || program_.closures.size() >= most_closures) {
+  if (depth_ >= deepest_tree || program_.closures.size() >= most_closures || ++shader_visits_ > most_shader_visits) {
     overflow_ = true;
     return;
   }

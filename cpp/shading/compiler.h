@@ -142,7 +142,7 @@ class MaterialCompiler {
   std::map<std::tuple<int, std::string, int>, Value> built_;
   std::set<std::pair<int, int>> open_;  // nodes being built: meeting one again is a loop
   std::set<std::string> warned_;
-  int virtual_registers_ = 0, depth_ = 0;
+  int virtual_registers_ = 0, depth_ = 0, shader_visits_ = 0;
   bool layered_ = false, overflow_ = false;
 };
 

@@ -39,6 +39,7 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guid
   const Target& disk = strategy.index == 0 ? all : guide.targets[strategy.index - 1];
   const V2f d = sample_disk(sampler.pair(1)) * disk.radius;
   const Frame frame(sample->direction);
+  // Far enough back to be in front of every surface. Entries may lie further out still: the first segment asks the whole line for them.
   const double back = (disk.centre - all.centre).length() + disk.radius + all.radius;
   const V3d origin = disk.centre + V3d(frame.t * d.x + frame.b * d.y) - V3d(sample->direction) * back;
 
@@ -49,7 +50,7 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guid
     if (strategies.pmf(s) > 0 && (s == strategy.index || passes_through(candidate, origin, sample->direction)))
       density += strategies.pmf(s) / (pi * square(candidate.radius));
   }
-  return EmittedPhoton{origin, sample->direction, V3f(0), eval_infinite_emission(scene, light, sample->direction) / (sample->pdf * density), light};
+  return EmittedPhoton{origin, sample->direction, V3f(0), eval_infinite_emission(scene, light, sample->direction) / (sample->pdf * density), light, true};
 }
 
 std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide, int light, float u_part, const Distribution::Choice& strategy,

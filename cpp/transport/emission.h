@@ -15,6 +15,7 @@ struct EmittedPhoton {
   V3f direction, clearance;
   Color flux;  // W; divide by the number of paths
   int light;
+  bool from_infinity = false;  // the origin is only a point of the line: gates behind it count too
 };
 
 // Dimension pairs 0 to 2 of the sampler. Empty: this sample carries no light.

@@ -16,6 +16,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   key_ = key, draws_ = 0;
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
+  if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
   start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
@@ -47,7 +48,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     ++counts.rays;
     if (!states_.taking(path.q).empty()) {  // else the segment asks nothing
       ++counts.edit_queries;
-      const Segment segment{path.origin, V3d(path.direction), 0, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
+      const Segment segment{path.origin, V3d(path.direction), path.t_min, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
       if (const auto crossing = edits.first_taken(states_, path.q, segment)) {
         pass_gate(path, *crossing);
         return false;
@@ -71,7 +72,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
       counts.ledger.absorbed += before - straight;
       path.flux *= vertex.bsdf.transparency;
     }
-    path.origin = hit->position, path.clearance = hit->clearance;
+    path.origin = hit->position, path.clearance = hit->clearance, path.t_min = 0;
   }
   counts.ledger.capped += luminance(path.flux);
   ++counts.depth_capped;
@@ -121,7 +122,7 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
     ++counts.non_finite;
     return;
   }
-  copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0);
+  copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0), copy.t_min = 0;
   copy.q = states_.through(path.q, crossing.edit);
   copy.last = Event::F;
   copy.excluded_group = passage->group;
@@ -191,7 +192,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   }
   if (is_black(path.flux)) return false;
 
-  path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance;
+  path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;
   path.direction = sample->wi;
   path.excluded_group = -1;
   path.last = sample->event;

@@ -27,6 +27,7 @@ struct LightPath {
   Event last = Event::L;   // last event: the class of the next arrival
   int depth = 0;           // D, S, G events so far
   int excluded_group = -1; // plane group that the segment starts on
+  double t_min = 0;        // gates beyond it count; -infinity on the first segment of light from infinity
   int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
 };
 

@@ -9,7 +9,6 @@ struct TransportSettings {
   std::uint64_t seed = 0;     // already mixed with the frame when use_animated_seed
   int photons = 65536;        // paths emitted per pass
   int max_depth = 12;         // D, S and G events of a whole path
-  int max_gates = 8;          // F events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel

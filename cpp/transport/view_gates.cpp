@@ -76,7 +76,7 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
 bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const noexcept {
   const Edit& edit = scene_.edits()[crossing.edit];
   if (crossing.exit == QuadId::entry && !edit.is_partial) return false;
-  return path.gates < settings_.max_gates && (edit.repeat || !joins_.uses(path.joins, crossing.edit));
+  return path.gates < scene_.edits().max_gates() && (edit.repeat || !joins_.uses(path.joins, crossing.edit));
 }
 
 // Light went straight past the plane's entries, or past those between an exit and the entry that the path came out of: entries of a
@@ -114,7 +114,7 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
   const Edit& edit = scene_.edits()[crossing.edit];
   EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   ++count.matched;
-  if (path.gates >= settings_.max_gates) {
+  if (path.gates >= scene_.edits().max_gates()) {
     ++count.capped, ++counts.gates_capped;
     return;
   }

@@ -9,8 +9,6 @@
 namespace sluice {
 namespace {
 
-constexpr int max_lamps = 16;
-
 // Balance heuristic between two ways to make one direction.
 float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other) : 0; }
 

@@ -9,7 +9,6 @@ namespace {
 constexpr float max_survival = 0.95f;
 constexpr int roulette_starts = 4;
 constexpr float far_away = 1e10f;  // Blender's depth of nothing
-constexpr int max_lamps = 16;      // lamps with a shape on one segment
 
 }  // namespace
 
@@ -69,7 +68,6 @@ void ViewTracer::follow(ViewPath& path) {
     gather(path, v);
     if (!extend(path, v)) return;
   }
-  record_first(nullptr);
 }
 
 // Depth, Normal, Albedo, alpha: of the first thing the sample meets; null: the world.
@@ -111,6 +109,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     if (went == Went::Nowhere) return false;
     if (went == Went::Elsewhere) continue;
     if (!hit) {
+      record_first(nullptr);
       if (!(path.is_camera && settings_.transparent_film)) far_emission(path, segment_of(path), arm_of(path));
       return false;
     }

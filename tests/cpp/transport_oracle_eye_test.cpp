@@ -54,7 +54,7 @@ TEST(EyeOracle, edits_in_a_mirror) {
 TEST(EyeOracle, quads_in_one_plane) {
   const auto chain = [](double height, double arrow, bool swapped) {
     Stage s = under_ceiling(false);
-    s.settings.max_gates = 4;
+    s.scene.max_gates = 4;
     const V3d up(0, -0.3, 1), at(0, 0, 0.4);
     auto& a = s.edit("A", "LD", facing({0.2, -0.2, 1}, {0.25, 0, 0.25}), 0.3);
     s.exit(a, facing(up, at), 0.35).hue_shift = 0.5f;
@@ -81,7 +81,7 @@ TEST(EyeOracle, gates_used_once_and_capped) {
   s.exit(f, facing({0, -0.3, 1}, {0.2, 0, 0.2}), 0.4).hue_shift = 1;
   compare("once per path", s, Which::Eye, everything);
   s.scene.edits[0].repeat = s.scene.edits[1].repeat = true;
-  s.settings.max_gates = 2;
+  s.scene.max_gates = 2;
   compare("repeat, at most two gates", s, Which::Eye, everything);
   s.settings.max_depth = 2;
   compare("two scatterings", s, Which::Eye, everything);
@@ -194,7 +194,7 @@ TEST(EyeOracle, random_edits_everywhere) {
   const int count = is_full() ? 8 : 3;
   for (int seed = 1; seed <= count; ++seed) {
     Stage s = seed % 2 ? under_ceiling() : with_mirror();
-    s.settings.max_gates = 2;
+    s.scene.max_gates = 2;
     EditMaker maker(static_cast<std::uint64_t>(seed));
     for (int i = 0; i < 4; ++i) maker.add(s, {.expressions = {"L", "L.*", "LD", "LD*", "L.*D'Wall'", "LF+D?", "L'World'.*", "L.*S", "L(!F)*", "L.*F.*"}});
     if (seed % 3 == 0) maker.add(s, {.expressions = {"E", "S*E", "SE"}});

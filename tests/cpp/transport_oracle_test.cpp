@@ -94,7 +94,7 @@ TEST(Oracle, copies_mirrored_skewed_scaled) {
 TEST(Oracle, quads_in_one_plane) {
   const auto chain = [](double height, double arrow, bool swapped) {
     Stage s = under_point_lamp(false);
-    s.settings.max_gates = 4;
+    s.scene.max_gates = 4;
     auto& a = s.edit("A", "L", facing({0.2, 0, 1}, {0.3, 0, 0.9}), 0.3);
     s.exit(a, facing({0, 0, 1}, {0, 0, 0.4}), 0.4).hue_shift = 0.5f;
     auto& b = s.edit("B", "L.*F'A'", facing({0, 0, arrow}, {0.1, 0.1, height}, 1, 1, 0.3), 0.35);
@@ -115,7 +115,7 @@ TEST(Oracle, quads_in_one_plane) {
 
 TEST(Oracle, repeat_up_to_the_cap) {
   Stage s = under_point_lamp();
-  s.settings.max_gates = 3;
+  s.scene.max_gates = 3;
   auto& e = s.edit("In", "LF*", facing({0, 0, 1}, {0.2, 0, 0.5}), 0.4);
   e.repeat = true;
   s.exit(e, facing({0, 0.1, 1}, {0.25, 0, 0.7}), 0.4).intensity = 0.8f;  // above its own entry: light goes round

@@ -117,7 +117,6 @@ inline void expect_equal(const std::string& name, const std::vector<Regions>& co
 inline void compare(const std::string& name, const Stage& stage, Which which, const std::vector<Part>& parts, Effort effort = {}) {
   if (is_full()) effort.passes *= 16, effort.paths *= 16;
   SceneDescription description = stage.scene;
-  description.max_gates = stage.settings.max_gates;
   Warnings warnings;
   const auto scene = compile(description, warnings, {}, 1);
   for (const Warning& w : warnings) std::cout << "  warning: " << w.item << ": " << w.message << "\n";

@@ -12,7 +12,7 @@ namespace sluice::oracle {
 class EyeTracer {
  public:
   EyeTracer(const SceneDescription& description, const Scene& scene, const TransportSettings& settings)
-      : scene_(scene), settings_(settings), rules_(description, scene, settings.max_gates), far_(10 * scene.bounds().diagonal()) {}
+      : scene_(scene), settings_(settings), rules_(description, scene, description.max_gates), far_(10 * scene.bounds().diagonal()) {}
 
   // One batch: the mean over `samples` paths per pixel.
   [[nodiscard]] Regions render(int side, int samples, std::uint64_t seed) {
@@ -117,7 +117,7 @@ class EyeTracer {
     const int choice = random_.below(static_cast<int>(ways.size()) + 1);
     weight() *= static_cast<double>(ways.size()) + 1;
     if (choice == 0) return true;
-    if (gate_count() >= settings_.max_gates) return false;
+    if (gate_count() >= scene_.edits().max_gates()) return false;
     const Meeting& m = ways[static_cast<std::size_t>(choice - 1)];
     const V3d point = t > 0 ? view.origin + V3d(view.direction) * t : view.origin;
     const double a = rules_.gates.weight(m.gate->edit, m.uv);
@@ -156,7 +156,7 @@ class EyeTracer {
   }
 
   bool enter_view_edit(View& view, const Meeting& m) {
-    if (gate_count() >= settings_.max_gates) return false;
+    if (gate_count() >= scene_.edits().max_gates()) return false;
     const int edit = m.gate->edit, exits = static_cast<int>(rules_.gates.edit(edit).exits.size());
     const double a = rules_.gates.weight(edit, m.uv);
     const int exit = random_.below(exits + 1) - 1;  // -1: straight on

@@ -11,7 +11,7 @@ namespace sluice::oracle {
 class ForwardTracer {
  public:
   ForwardTracer(const SceneDescription& description, const Scene& scene, const TransportSettings& settings)
-      : scene_(scene), settings_(settings), rules_(description, scene, settings.max_gates) {}
+      : scene_(scene), settings_(settings), rules_(description, scene, description.max_gates) {}
 
   // One batch: the mean over `paths` light paths.
   [[nodiscard]] Regions render(int side, int paths, std::uint64_t seed) {

@@ -44,7 +44,7 @@ class Meetings {
   const Meeting& operator[](std::size_t i) const { return met_[i]; }
 
  private:
-  std::array<Meeting, 24> met_;
+  std::array<Meeting, 48> met_;
   std::size_t count_ = 0;
 };
 

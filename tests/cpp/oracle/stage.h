@@ -41,7 +41,7 @@ struct Stage {
     scene.camera.matrix = facing(V3d(0, -2.4, 2.6), V3d(0, -2.4, 2.6));
     scene.camera.lens = 100, scene.camera.sensor_width = 36;
     scene.frame = {32, 32, 1, 1, 0, 0, 32, 32, 1, true};
-    settings.max_depth = 4, settings.max_gates = 3;
+    settings.max_depth = 4, scene.max_gates = 3;
     settings.photons = 8192;
     settings.caustic_radius_factor = 0.4f;
     plate("Floor", facing({0, 0, 1}, {0, 0, 0}, 2, 2), painted({0.8f, 0.55f, 0.35f}));
