@@ -33,7 +33,7 @@ std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V
         radiance = is_parallel(kind) ? kind.irradiance : kinds::radiance(parts_of(scene), kind, towards->direction, false);
       else
         radiance = kinds::radiance(parts_of(scene), kind, towards->direction, false);
-      return DirectSample{towards->direction, std::numeric_limits<double>::infinity(), radiance, towards->pdf, is_parallel(kind)};
+      return DirectSample{towards->direction, std::numeric_limits<double>::infinity(), radiance, towards->pdf, is_parallel(kind), std::numeric_limits<double>::infinity()};
     } else {
       return kinds::sample_direct(parts_of(scene), kind, from, u_part, u);
     }

@@ -79,10 +79,11 @@ struct Light {
 // A direction from a point to a light. Unshadowed: times Scene::transmittance of a ray of length `distance`, unless the light casts none.
 struct DirectSample {
   V3f wi;
-  double distance;  // to the light, a little less for a mesh (so that it does not shadow itself); infinite for sun and world
+  double distance;  // of the shadow ray: to the light, a little less so that it does not shadow itself; infinite for sun and world
   Color radiance;   // towards the point; delta lights: intensity / distance², or irradiance on a plane facing it
   float pdf;        // per solid angle; 1 for delta lights
   bool delta;
+  double reach;  // to the light, exactly: gates on the way there take the light, one laid on the light itself too
 };
 [[nodiscard]] std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part, const V2f& u) noexcept;
 // Density with which sample_direct makes wi. `hit`: the surface the ray met when the light is a mesh (null otherwise).

@@ -96,7 +96,7 @@ std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp& lamp, co
   if (is_black(radiance)) return {};
   const float pdf = solid_angle > 0 ? 1 / solid_angle : area_density(lamp, *view) * static_cast<float>(distance2) / cosine;
   // a lamp in the plane of a ceiling must not be shadowed by it
-  return DirectSample{wi, short_of(distance, clearance_of(lamp), cosine), radiance, pdf, false};
+  return DirectSample{wi, short_of(distance, clearance_of(lamp), cosine), radiance, pdf, false, distance};
 }
 
 float pdf_direct(const Parts&, const AreaLamp& lamp, const V3d& from, const V3f& wi, const Hit*) noexcept {

@@ -59,7 +59,7 @@ std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& l
   const Color radiance = radiance_at(parts, light, place, at.triangle, at.u, at.v, -wi);
   if (is_black(radiance)) return {};
   return DirectSample{wi, short_of(distance, place.clearance.length(), cosine), radiance,
-                      at.pmf_per_area * static_cast<float>(distance2) / cosine, false};
+                      at.pmf_per_area * static_cast<float>(distance2) / cosine, false, distance};
 }
 
 float pdf_direct(const Parts&, const MeshLight& light, const V3d& from, const V3f& wi, const Hit* hit) noexcept {

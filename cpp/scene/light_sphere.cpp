@@ -51,13 +51,13 @@ std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp& lamp, 
   if (!(distance2 > 0)) return {};
   const V3f axis(to / std::sqrt(distance2));
   if (lamp.radius == 0)
-    return DirectSample{axis, std::sqrt(distance2), lamp.radiance * (spot_factor(lamp, -axis) / static_cast<float>(distance2)), 1, true};
+    return DirectSample{axis, std::sqrt(distance2), lamp.radiance * (spot_factor(lamp, -axis) / static_cast<float>(distance2)), 1, true, std::sqrt(distance2)};
   const auto cone = cone_of(lamp, distance2);
   if (!cone) return {};
   const V3f wi = Frame(axis).to_world(sample_cone(u, *cone)).normalized();
   auto hit = crossing(lamp, from, wi);
   if (!hit) hit = LampCrossing{std::sqrt(distance2), lamp.radiance * spot_factor(lamp, -wi)};  // rounding at the rim
-  return DirectSample{wi, short_of(hit->t, clearance_of(lamp), 1), hit->radiance, cone_pdf(*cone), false};
+  return DirectSample{wi, short_of(hit->t, clearance_of(lamp), 1), hit->radiance, cone_pdf(*cone), false, hit->t};
 }
 
 float pdf_direct(const Parts&, const SphereLamp& lamp, const V3d& from, const V3f& wi, const Hit*) noexcept {

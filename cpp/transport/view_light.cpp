@@ -60,7 +60,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
     q = light_state(choice->light);
     if (!states_.taking(q).empty()) {
       ++counts.edit_queries;
-      if (scene_.edits().any_taken(states_, q, {v.hit.position, V3d(sample->wi), 0, sample->distance, -1})) return;
+      if (scene_.edits().any_taken(states_, q, {v.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
     }
   }
   for (int i = 0; i < count; ++i) {

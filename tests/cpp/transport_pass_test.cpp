@@ -109,6 +109,51 @@ TEST(Pass, AnEditThatMatchesNothingChangesNoBit) {
   }
 }
 
+// A sun's photons start just outside the surfaces; an entry that hovers far above them still gets all of its light.
+TEST(Pass, SunsReachEntriesOutsideTheScene) {
+  for (const double height : {1.0, 4.0, 60.0}) {
+    SceneDescription description = small_world("L");
+    description.instances.pop_back();
+    LightDescription& sun = description.lights[0];
+    sun = {};
+    sun.names = {"Sun"}, sun.kind = LightKind::Sun, sun.power = 2;
+    description.edits[0].entry = quad("Entry", at({0.3, 0.2, height}), 0, 0.5);
+    const auto scene = test::compiled(description);
+    Renderer renderer(*scene, 2);
+    double sum = 0, squares = 0;
+    constexpr int passes = 12;
+    for (int pass = 0; pass < passes; ++pass) {
+      renderer.counts = {};
+      (void)renderer.pass_hash(pass);
+      sum += renderer.counts.edits[0].energy_in, squares += square(renderer.counts.edits[0].energy_in);
+    }
+    const double mean = sum / passes, error = std::sqrt((squares / passes - mean * mean) / (passes - 1));
+    EXPECT_NEAR(mean, 2.0, 4 * error + 1e-4) << "2 W/m² through 1 m² at " << height << " m";
+    EXPECT_LT(error, 0.05);
+  }
+}
+
+// A pixel that shows another place through a view edit is not empty: alpha, depth and albedo are that place's.
+TEST(Pass, ViewEditsKeepAlphaAndDepth) {
+  SceneDescription description = small_world();
+  description.instances.pop_back();
+  description.edits[0] = {};
+  description.edits[0].expression = "E";
+  description.edits[0].entry = quad("Entry", at({0, 0, 5}), 0, 9);
+  description.edits[0].exits.push_back({.quad = quad("Exit", at({0, 0, 4}), 1, 9)});
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 1);
+  renderer.settings.transparent_film = true;
+  Film film(48, 40);
+  const PassContext context{*scene, renderer.settings, renderer.effects, renderer.guide, 0};
+  ASSERT_TRUE(renderer.photon_pass.run(context, renderer.pool, renderer.cancel, renderer.photons, renderer.counts));
+  ASSERT_TRUE(renderer.view_pass.run(context, renderer.photons, renderer.pool, renderer.cancel, film, renderer.lock, renderer.counts));
+  const std::size_t middle = 20 * 48 + 24;
+  EXPECT_EQ(film.image("Combined")[4 * middle + 3], 1.0f);
+  EXPECT_LT(film.image("Depth")[middle], 20.0f);
+  EXPECT_NEAR(film.image("Albedo")[3 * middle], 0.7f, 1e-3f);
+}
+
 TEST(Pass, NothingRunsThatNothingCalls) {
   SceneDescription scene = small_world();
   scene.edits.clear();
