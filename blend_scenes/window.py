@@ -51,16 +51,17 @@ def armchair(at, turn):
     cloth, legs = m.matte("Velvet", (0.08, 0.26, 0.25)), m.glossy("Walnut", (0.12, 0.06, 0.03), 0.35)
     c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
 
-    def part(name, size, x, y, z, material, bevel):
+    def part(name, size, place, material, bevel):
+        x, y, z = place
         m.box(name, size, (at[0] + c * x - s * y, at[1] + s * x + c * y, z), material, bevel, turn)
 
-    part("Seat base", (0.72, 0.70, 0.16), 0, 0, 0.25, cloth, 0.03)
-    part("Seat cushion", (0.54, 0.60, 0.15), 0, -0.05, 0.405, cloth, 0.06)
-    part("Back rest", (0.72, 0.17, 0.66), 0, 0.30, 0.52, cloth, 0.07)
-    part("Left arm", (0.12, 0.64, 0.30), -0.33, -0.02, 0.44, cloth, 0.05)
-    part("Right arm", (0.12, 0.64, 0.30), 0.33, -0.02, 0.44, cloth, 0.05)
+    part("Seat base", (0.72, 0.70, 0.16), (0, 0, 0.25), cloth, 0.03)
+    part("Seat cushion", (0.54, 0.60, 0.15), (0, -0.05, 0.405), cloth, 0.06)
+    part("Back rest", (0.72, 0.17, 0.66), (0, 0.30, 0.52), cloth, 0.07)
+    part("Left arm", (0.12, 0.64, 0.30), (-0.33, -0.02, 0.44), cloth, 0.05)
+    part("Right arm", (0.12, 0.64, 0.30), (0.33, -0.02, 0.44), cloth, 0.05)
     for i, (x, y) in enumerate(((-0.3, -0.29), (0.3, -0.29), (-0.3, 0.29), (0.3, 0.29))):
-        part(f"Leg {i}", (0.04, 0.04, 0.17), x, y, 0.085, legs, 0.005)
+        part(f"Leg {i}", (0.04, 0.04, 0.17), (x, y, 0.085), legs, 0.005)
 
 
 def rug():
