@@ -83,7 +83,7 @@ class Reader {
   void list(const char* key, std::vector<T>& to, Read&& read) const {
     if (!has(key)) return;
     if (!py::isinstance<py::sequence>(source_[key])) refuse(item_, key, "must be a list");
-    for (const py::handle element : py::reinterpret_borrow<py::sequence>(source_[key])) {
+    for (const py::handle& element : py::reinterpret_borrow<py::sequence>(source_[key])) {
       Reader reader(element, item_);
       to.push_back(read(reader));
     }

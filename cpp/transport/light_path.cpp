@@ -6,9 +6,7 @@
 namespace sluice {
 namespace {
 
-constexpr float max_adjoint = 4;      // Veach's factor is unbounded at grazing shading normals (numerics R11)
-constexpr float max_survival = 0.95f; // roulette never lets a path live for ever (numerics P7)
-constexpr int roulette_starts = 4;
+constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shading normals (numerics R11)
 
 }  // namespace
 
@@ -99,7 +97,7 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
     if (taken < 1) push_copy(path, crossing, straight_on, 1 - taken);
   } else {
     ++counts.split_capped;
-    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
+    const int chosen = pick_one(random(), copies);
     const auto weight = static_cast<float>(copies);
     if (chosen < exits)
       push_copy(path, crossing, chosen, taken * weight);
@@ -175,11 +173,9 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   const float chance = bsdf.lobes[lobe].choice / total;
   const Color weight = sample->weight / chance;
   path.throughput *= average(weight);
-  if (path.depth + 1 >= roulette_starts) {
-    const float survival = std::min(max_survival, path.throughput);
-    if (!(u.y < survival)) return lose(0), false;
-    path.flux /= survival, path.throughput /= survival;
-  }
+  const float survival = survival_chance(path.throughput, path.depth + 1);
+  if (!(u.y < survival)) return lose(0), false;
+  path.flux /= survival, path.throughput /= survival;
   const float factor = adjoint_factor(bsdf, lobe, vertex.point.wo, sample->wi), clamped = std::min(factor, max_adjoint);
   path.flux *= weight;
   counts.ledger.clamped += luminance(path.flux) * (factor - clamped);

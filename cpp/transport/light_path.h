@@ -7,6 +7,7 @@
 
 #include "base/random.h"
 #include "edit/gates.h"
+#include "transport/branching.h"
 #include "transport/effects.h"
 #include "transport/emission.h"
 #include "transport/photon.h"
@@ -14,8 +15,6 @@
 #include "transport/vertex.h"
 
 namespace sluice {
-
-inline constexpr int split_budget = 16;  // branches alive at once on one path tree, both sides (design §4)
 
 struct LightPath {
   V3d origin;

@@ -17,9 +17,6 @@ class PhotonPass {
   // Traces settings.photons paths and fills `photons`. False: cancelled, the result is of no use.
   [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts);
 
-  // The photons of the last run by chunk, in path order (for the pilot and tests).
-  [[nodiscard]] const std::vector<std::vector<Photon>>& chunks() const noexcept { return chunks_; }
-
  private:
   void number_states(PhotonSet& photons, ThreadPool& pool);
 

@@ -54,7 +54,7 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
   if (ways > 0 && branch_count_ + ways > split_budget) {
     ++counts.split_capped;
-    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(ways + 1)), ways);
+    const int chosen = pick_one(random(), ways + 1);
     const auto boost = static_cast<float>(ways + 1);
     for (int left = chosen; const Crossing& c : plane)
       if (const float weight = way(c); weight > 0 && left-- == 0) return go_backward(path, plane, c, weight * boost) ? Went::Elsewhere : Went::Nowhere;
@@ -125,7 +125,7 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
     if (taken < 1) push_view_copy(path, crossing, straight_on, 1 - taken);
   } else {
     ++counts.split_capped;
-    const int chosen = std::min(static_cast<int>(random() * static_cast<float>(copies)), copies - 1);
+    const int chosen = pick_one(random(), copies);
     const float each = static_cast<float>(copies) * (chosen < exits ? taken : 1 - taken);
     push_view_copy(path, crossing, chosen < exits ? chosen : straight_on, each);
   }

@@ -6,8 +6,6 @@
 namespace sluice {
 namespace {
 
-constexpr float max_survival = 0.95f;
-constexpr int roulette_starts = 4;
 constexpr float far_away = 1e10f;  // Blender's depth of nothing
 
 }  // namespace
@@ -150,11 +148,9 @@ bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
   const auto sample = sluice::sample(bsdf, vertex.point.wo, pair(path, 0).x, pair(path, 1), followed);
   if (!sample) return false;
   path.throughput *= average(sample->weight);
-  if (path.depth + 1 >= roulette_starts) {
-    const float survival = std::min(max_survival, path.throughput);
-    if (!(pair(path, 0).y < survival)) return false;
-    path.weight /= survival, path.throughput /= survival;
-  }
+  const float survival = survival_chance(path.throughput, path.depth + 1);
+  if (!(pair(path, 0).y < survival)) return false;
+  path.weight /= survival, path.throughput /= survival;
   take_lobe(path, vertex, *sample);
   return !is_black(path.weight);
 }

@@ -130,7 +130,7 @@ class ViewTracer {
   bool recorded_ = false;
   Joins joins_;
   std::vector<HueStep> hues_;
-  std::vector<Crossing> crossings_, view_crossings_;
+  std::vector<Crossing> crossings_;
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;
   Vertex vertex_, far_;  // scratch: too large to copy about

@@ -2,6 +2,8 @@
 // What a gate does to what it carries: gains, textures, normal maps. Design §4, numerics P8, P10, P12.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "edit_scene.h"
 
 namespace sluice {

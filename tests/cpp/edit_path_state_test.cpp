@@ -2,6 +2,8 @@
 // What a path remembers: once and repeat, caps, contents that mean the same in every table.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <random>
 #include <set>
 
