@@ -26,31 +26,36 @@ bool passes_through(const Target& target, const V3d& origin, const V3f& directio
   return (target.centre - origin).cross(V3d(direction)).length2() <= square(static_cast<double>(target.radius));
 }
 
-Target whole_scene(const Scene& scene) noexcept {
-  const Bounds& bounds = scene.geometry_bounds();
-  return {bounds.middle(), static_cast<float>(0.5001 * bounds.diagonal())};
-}
-
-// Light from infinity: first a direction, then a position on the disk of the scene or of a target, outside everything (design §5).
+// Light from infinity: first a direction, then a line: through the disk of the scene or of a target, or where lines proved useful.
 std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guide, int light, const Distribution::Choice& strategy, const Sampler& sampler) noexcept {
   const auto sample = sample_infinite(scene, light, sampler.pair(2));
   if (!sample || !(sample->pdf > 0)) return {};
+  const V3f& d = sample->direction;
   const Target all = whole_scene(scene);
-  const Target& disk = strategy.index == 0 ? all : guide.targets[strategy.index - 1];
-  const V2f d = sample_disk(sampler.pair(1)) * disk.radius;
-  const Frame frame(sample->direction);
-  // Far enough back to be in front of every surface. Entries may lie further out still: the first segment asks the whole line for them.
-  const double back = (disk.centre - all.centre).length() + disk.radius + all.radius;
-  const V3d origin = disk.centre + V3d(frame.t * d.x + frame.b * d.y) - V3d(sample->direction) * back;
-
-  float density = 0;  // of the line on the plane across it
-  const Distribution& strategies = guide.strategies[light];
-  for (std::size_t s = 0; s <= guide.targets.size(); ++s) {
-    const Target& candidate = s == 0 ? all : guide.targets[s - 1];
-    if (strategies.pmf(s) > 0 && (s == strategy.index || passes_through(candidate, origin, sample->direction)))
-      density += strategies.pmf(s) / (pi * square(candidate.radius));
+  const std::size_t by_table = guide.targets.size() + 1;
+  const AimTable& table = guide.aims[static_cast<std::size_t>(light)];
+  const SunPlane plane(all, sun_axis(scene, light));
+  V3d through;
+  if (strategy.index == by_table) {
+    through = plane.point(table.sample(strategy.u, sampler.pair(1)));
+  } else {
+    const Target& disk = strategy.index == 0 ? all : guide.targets[strategy.index - 1];
+    const V2f on_disk = sample_disk(sampler.pair(1)) * disk.radius;
+    const Frame frame(d);
+    through = disk.centre + V3d(frame.t * on_disk.x + frame.b * on_disk.y);
   }
-  return EmittedPhoton{origin, sample->direction, V3f(0), eval_infinite_emission(scene, light, sample->direction) / (sample->pdf * density), light, true};
+  // Far enough back to be in front of every surface. Entries may lie further out still: the first segment asks the whole line for them.
+  const V3d origin = through - V3d(d) * ((through - all.centre).dot(V3d(d)) + 2 * all.radius);
+
+  float density = 0;  // of the line, on the plane across it
+  const Distribution& strategies = guide.strategies[static_cast<std::size_t>(light)];
+  if (strategies.pmf(by_table) > 0) density += strategies.pmf(by_table) * plane.pdf(table.pdf(plane.uv(origin, d)), d);
+  for (std::size_t s = 0; s < by_table; ++s) {
+    const Target& candidate = s == 0 ? all : guide.targets[s - 1];
+    if (strategies.pmf(s) > 0 && (s == strategy.index || passes_through(candidate, origin, d))) density += strategies.pmf(s) / (pi * square(candidate.radius));
+  }
+  if (!(density > 0)) return {};
+  return EmittedPhoton{origin, d, V3f(0), eval_infinite_emission(scene, light, d) / (sample->pdf * density), light, true};
 }
 
 std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide, int light, float u_part, const Distribution::Choice& strategy,
@@ -59,9 +64,9 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
   if (!point || !(point->pdf_area > 0)) return {};
   V3f direction;
   const std::size_t by_table = guide.targets.size() + 1;
-  const DirectionTable& table = guide.directions[static_cast<std::size_t>(light)];
+  const AimTable& table = guide.aims[static_cast<std::size_t>(light)];
   if (strategy.index == by_table) {
-    direction = table.sample(strategy.u, sampler.pair(2));
+    direction = direction_of_uv(table.sample(strategy.u, sampler.pair(2)));
   } else if (strategy.index == 0) {
     const auto sample = sample_direction(scene, light, *point, strategy.u, sampler.pair(2));
     if (!sample) return {};
@@ -72,7 +77,7 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
   }
   const Distribution& strategies = guide.strategies[light];
   float density = strategies.pmf(0) * pdf_direction(scene, light, *point, direction);
-  if (strategies.pmf(by_table) > 0) density += strategies.pmf(by_table) * table.pdf(direction);
+  if (strategies.pmf(by_table) > 0) density += strategies.pmf(by_table) * table.pdf(uv_of_direction(direction)) / (4 * pi);
   for (std::size_t s = 1; s < by_table; ++s) {
     if (!(strategies.pmf(s) > 0)) continue;
     const Cone cone(guide.targets[s - 1], point->position);
@@ -84,6 +89,16 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
 
 }  // namespace
 
+Target whole_scene(const Scene& scene) noexcept {
+  const Bounds& bounds = scene.geometry_bounds();
+  return {bounds.middle(), static_cast<float>(0.5001 * bounds.diagonal())};
+}
+
+V3f sun_axis(const Scene& scene, int light) noexcept {
+  const Sun* sun = std::get_if<Sun>(&scene.lights()[static_cast<std::size_t>(light)].kind);
+  return sun ? -sun->to_sun : V3f(0, 0, -1);
+}
+
 std::uint64_t Guide::hash() const noexcept {
   std::uint64_t h = 0;
   const auto add = [&h](auto x) { h = mix(h, std::bit_cast<std::uint32_t>(static_cast<float>(x))); };
@@ -91,7 +106,7 @@ std::uint64_t Guide::hash() const noexcept {
   for (const Target& t : targets) add(t.centre.x), add(t.centre.y), add(t.centre.z), add(t.radius);
   for (const Distribution& d : strategies)
     for (std::size_t i = 0; i < d.size(); ++i) add(d.pmf(i));
-  for (const DirectionTable& table : directions)
+  for (const AimTable& table : aims)
     for (std::size_t i = 0; i < table.distribution().size(); ++i) add(table.distribution().pmf(i));
   add(least_radius), add(most_radius), add(radius), add(caustic_radius);
   return h;

@@ -22,6 +22,10 @@ struct EmittedPhoton {
 [[nodiscard]] std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide, const Sampler& sampler) noexcept;
 inline constexpr std::uint32_t emission_pairs = 3;
 
+// A sphere around all surfaces; the way a sun's light travels (of the world: none in particular).
+[[nodiscard]] Target whole_scene(const Scene& scene) noexcept;
+[[nodiscard]] V3f sun_axis(const Scene& scene, int light) noexcept;
+
 // Is a light path that starts at `origin` along `direction` one that could have been aimed at the target?
 [[nodiscard]] bool aims_at(const Target& target, const V3d& origin, const V3f& direction, bool infinite_light) noexcept;
 

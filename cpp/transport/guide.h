@@ -15,38 +15,67 @@ struct Target {
   float radius;
 };
 
-// Directions (world) in which a finite light's photons turned out to be useful: equal cells of (cos, longitude). Half of a lamp in a
-// fixture lights the fixture; this learns it.
-class DirectionTable {
+// Where the useful photons of one light start: of a finite light the direction (equal cells of the sphere), of a sun the place on a plane
+// across its rays. Half of a lamp in a fixture lights the fixture, most of a sun misses the window; this learns it.
+class AimTable {
  public:
-  static constexpr int rows = 16, columns = 32, cells = rows * columns;
+  static constexpr int side = 64, cells = side * side;
 
-  DirectionTable() = default;
-  explicit DirectionTable(std::span<const float> useful) : cells_(useful) {}
+  AimTable() = default;
+  explicit AimTable(std::span<const float> useful) : cells_(useful) {}
   [[nodiscard]] bool empty() const noexcept { return cells_.empty(); }
   [[nodiscard]] const Distribution& distribution() const noexcept { return cells_; }
-  [[nodiscard]] static int cell(const V3f& d) noexcept {
-    const int row = std::clamp(static_cast<int>((d.z + 1) * 0.5f * rows), 0, rows - 1);
-    const float turn = std::atan2(d.y, d.x) * (0.5f / pi);
-    return row * columns + std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * columns), 0, columns - 1);
+
+  // (u, v) in [0, 1]² and back, density there.
+  [[nodiscard]] static int cell(const V2f& uv) noexcept {
+    const auto index = [](float x) { return std::clamp(static_cast<int>(x * side), 0, side - 1); };
+    return index(uv.y) * side + index(uv.x);
   }
-  [[nodiscard]] float pdf(const V3f& d) const noexcept { return cells_.pmf(static_cast<std::size_t>(cell(d))) * (cells / (4 * pi)); }
-  [[nodiscard]] V3f sample(float u_cell, const V2f& u) const noexcept {
+  [[nodiscard]] float pdf(const V2f& uv) const noexcept {
+    const bool inside = uv.x >= 0 && uv.x < 1 && uv.y >= 0 && uv.y < 1;
+    return inside ? cells_.pmf(static_cast<std::size_t>(cell(uv))) * cells : 0;
+  }
+  [[nodiscard]] V2f sample(float u_cell, const V2f& u) const noexcept {
     const auto index = static_cast<int>(cells_.sample(u_cell).index);
-    const float z = 2 * (static_cast<float>(index / columns) + u.x) / rows - 1, phi = 2 * pi * (static_cast<float>(index % columns) + u.y) / columns;
-    const float r = std::sqrt(std::max(0.0f, 1 - z * z));
-    return {r * std::cos(phi), r * std::sin(phi), z};
+    return {(static_cast<float>(index % side) + u.x) / side, (static_cast<float>(index / side) + u.y) / side};
   }
 
  private:
   Distribution cells_;
 };
 
+// Directions as (longitude, cos): areas are kept, density per solid angle = density of (u, v) / 4π.
+[[nodiscard]] inline V2f uv_of_direction(const V3f& d) noexcept {
+  const float turn = std::atan2(d.y, d.x) * (0.5f / pi);
+  return {std::min(turn < 0 ? turn + 1 : turn, 0x1.fffffep-1f), std::clamp((d.z + 1) * 0.5f, 0.0f, 0x1.fffffep-1f)};
+}
+[[nodiscard]] inline V3f direction_of_uv(const V2f& uv) noexcept {
+  const float z = 2 * uv.y - 1, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * pi * uv.x;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+// The square around a target's disk, across a fixed axis: where lines of a sun cross it.
+struct SunPlane {
+  Frame frame;
+  V3d centre;
+  float half;
+
+  SunPlane(const Target& all, const V3f& axis) noexcept : frame(axis), centre(all.centre), half(all.radius) {}
+  // Where the line crosses the plane, as (u, v).
+  [[nodiscard]] V2f uv(const V3d& origin, const V3f& direction) const noexcept {
+    const V3d n(frame.n), d(direction), p = origin + d * ((centre - origin).dot(n) / d.dot(n)) - centre;
+    return {static_cast<float>(0.5 + 0.5 * p.dot(V3d(frame.t)) / half), static_cast<float>(0.5 + 0.5 * p.dot(V3d(frame.b)) / half)};
+  }
+  [[nodiscard]] V3d point(const V2f& uv) const noexcept { return centre + V3d(frame.t) * ((2.0 * uv.x - 1) * half) + V3d(frame.b) * ((2.0 * uv.y - 1) * half); }
+  // Density of lines across themselves, from that of (u, v).
+  [[nodiscard]] float pdf(float pdf_uv, const V3f& direction) const noexcept { return pdf_uv / (4 * half * half * std::abs(direction.dot(frame.n))); }
+};
+
 struct Guide {
   Distribution lights;                    // share of the photons of each light
   std::vector<Target> targets;
-  std::vector<DirectionTable> directions; // per light; empty for light from infinity
-  // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its directions.
+  std::vector<AimTable> aims;             // per light; empty for the world
+  // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its aims.
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
   float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells

@@ -117,7 +117,7 @@ Target sphere_around(const Quad& quad) {
 // What paths towards each target brought, and what all of them brought.
 struct Yield {
   std::vector<double> close;       // per target: useful light that arrived by mirrors, glass or exits
-  std::vector<double> directions;  // per cell of DirectionTable: useful light that started there
+  std::vector<double> aims;        // per cell of AimTable: useful light that started there
   double seen = 0, all = 0;        // luminous flux stored where the camera looks, and anywhere
 
   void operator+=(const Yield& o) {
@@ -125,7 +125,7 @@ struct Yield {
       to.resize(std::max(to.size(), from.size()));
       for (std::size_t i = 0; i < from.size(); ++i) to[i] += from[i];
     };
-    add(close, o.close), add(directions, o.directions);
+    add(close, o.close), add(aims, o.aims);
     seen += o.seen, all += o.all;
   }
 };
@@ -160,7 +160,7 @@ class Pilot {
     std::vector<float> even(guide.targets.size() + 2, 0.5f / static_cast<float>(std::max<std::size_t>(guide.targets.size(), 1)));
     even.front() = 0.5f, even.back() = 0;
     guide.strategies.assign(power.size(), Distribution(even));
-    guide.directions.resize(power.size());
+    guide.aims.resize(power.size());
     if (guide.lights.empty()) return guide;
     share_out(guide, seen, seen_target, power);
     size_gathers(guide, seen, mean.length);
@@ -180,7 +180,7 @@ class Pilot {
       aim.targets = {sphere_around(edits[e].entry)};
       const float towards[] = {0, 1, 0};
       aim.strategies.assign(static_cast<std::size_t>(lights), Distribution(towards));
-      aim.directions.resize(static_cast<std::size_t>(lights));
+      aim.aims.resize(static_cast<std::size_t>(lights));
       LightTracer& tracer = tracers_[0];
       tracer.counts = {};
       tracer.counts.edits.resize(static_cast<std::size_t>(edits.size()));
@@ -212,12 +212,11 @@ class Pilot {
       for (const double c : yield.close) close += c;
       if (close > 0)
         for (std::size_t t = 0; t < guide.targets.size(); ++t) weights[t + 1] = static_cast<float>(close_share * yield.close[t] / close);
-      if (!is_infinite(scene_.lights()[l])) {
-        guide.directions[l] = DirectionTable(std::vector<float>(yield.directions.begin(), yield.directions.end()));
-        if (!guide.directions[l].empty()) weights.back() = seen_share;
-      } else if (seen_target >= 0 && yield.seen < 0.5 * yield.all) {
+      if (!yield.aims.empty()) guide.aims[l] = AimTable(std::vector<float>(yield.aims.begin(), yield.aims.end()));
+      if (!guide.aims[l].empty())
+        weights.back() = seen_share;
+      else if (seen_target >= 0 && yield.seen < 0.5 * yield.all)
         weights[static_cast<std::size_t>(seen_target) + 1] += seen_share;
-      }
       weights[0] = std::max(own_share, 1 - std::accumulate(weights.begin() + 1, weights.end(), 0.0f));
       guide.strategies[l] = Distribution(weights);
     }
@@ -274,10 +273,12 @@ class Pilot {
       if (photon.arrival() == Arrival::Caustic || photon.arrival() == Arrival::Edited) close += flux;
     }
     yield.seen += seen_flux;
-    const bool infinite = is_infinite(scene_.lights()[static_cast<std::size_t>(start.light)]);
-    if (!infinite) {
-      yield.directions.resize(DirectionTable::cells);
-      yield.directions[static_cast<std::size_t>(DirectionTable::cell(start.direction))] += seen_flux;
+    const Light& light = scene_.lights()[static_cast<std::size_t>(start.light)];
+    const bool infinite = is_infinite(light);
+    if (!std::holds_alternative<World>(light.kind)) {  // the world shines along every axis: places tell nothing
+      yield.aims.resize(AimTable::cells);
+      const V2f uv = infinite ? SunPlane(whole_scene(scene_), sun_axis(scene_, start.light)).uv(start.origin, start.direction) : uv_of_direction(start.direction);
+      yield.aims[static_cast<std::size_t>(AimTable::cell(uv))] += seen_flux;
     }
     if (close == 0) return;
     yield.close.resize(guide.targets.size());
