@@ -190,6 +190,103 @@ TEST(EyeOracle, view_and_light_edits_together) {
   compare("view and light edits", s, Which::Eye, everything);
 }
 
+// An entry laid on the light itself, on a mirror: quads float in front of what they lie on.
+TEST(EyeOracle, entries_laid_on_lights_and_mirrors) {
+  Stage lamp = under_ceiling();
+  auto& a = lamp.edit("In", "L'Lamp'", facing({0, 0, -1}, {0.2, -0.2, 1.8}), 0.5);
+  lamp.exit(a, facing({0.1, 0, -1}, {0, 0, 1}), 0.4);
+  compare("entry laid on a lamp", lamp, Which::Eye, everything);
+  compare("entry laid on a lamp, forward", lamp, Which::Forward, lit);
+  Stage panel;
+  panel.plate("Panel", facing({0, -0.8, -1}, {0, 0.7, 1.1}, 0.8, 0.3), glowing({1, 0.5f, 0.3f}, 6));
+  panel.world({0.3f, 0.4f, 0.6f});
+  auto& b = panel.edit("In", "L'Panel'", facing({0, -0.8, -1}, {0, 0.7, 1.1}, 0.8, 0.3), 0.5);
+  panel.exit(b, facing({0.1, 0, -1}, {0, 0, 1}), 0.4);
+  compare("entry laid on an emissive panel", panel, Which::Eye, everything);
+  Stage reflection = with_mirror();
+  auto& c = reflection.edit("In", "L.*S'Mirror'", facing({0, -0.2, 1}, {0, 0.1, 0.15}, 1, 1, 0.3), 0.3);
+  reflection.exit(c, facing({0, -0.6, 1}, {0, -0.1, 0.45}), 0.3).hue_shift = 1;
+  compare("entry laid on a mirror", reflection, Which::Eye, everything);
+  Stage picture = with_mirror();
+  auto& d = picture.edit("In", "SE", facing({0, -0.2, 1}, {0, 0.1, 0.15}, 1, 1, 0.3), 0.3);
+  picture.exit(d, facing({0.3, 0, 1}, {-0.5, -0.1, 0.45}), 0.3).hue_shift = 1;
+  compare("entry of a view edit laid on a mirror", picture, Which::Eye, everything);
+}
+
+// More branches than the split budget: one is chosen, with weight.
+TEST(EyeOracle, many_exits) {
+  Stage s = under_ceiling();
+  auto& e = s.edit("In", "L.*", facing({0, -0.2, 1}, {0.1, 0, 0.5}, 1, 1, 0.3), 0.4);
+  e.repeat = true;
+  for (int i = 0; i < 7; ++i) s.exit(e, facing({0.3 * std::sin(i), 0.3 * std::cos(i), 1}, {0.3 * std::sin(i), 0.3 * std::cos(i), 0.1 + 0.1 * i}), 0.25).intensity = 0.4f;
+  auto& v = s.edit("View", "E|FE", facing({0, -0.6, 1}, {0, -0.5, 0.8}), 0.3);
+  for (int i = 0; i < 5; ++i) s.exit(v, facing({0.1 * std::sin(i), -0.6, 1}, {0.1 * std::sin(i), -0.4, 0.75 + 0.01 * i}), 0.25).intensity = 0.3f;
+  compare("many exits", s, Which::Eye, everything);
+}
+
+TEST(EyeOracle, three_edits_two_gates) {
+  Stage s = with_mirror();
+  s.scene.max_gates = 2;
+  for (int i = 0; i < 3; ++i) {
+    auto& e = s.edit("Edit" + std::to_string(i), i == 1 ? "L.*D" : "L.*", facing({0.2 * (i - 1), -0.5, 1}, {0.2 * (i - 1), -0.1 * i, 0.3 + 0.2 * i}, 1, 1, 0.3), 0.35);
+    s.exit(e, facing({0, -0.5, 1}, {0.15 * (1 - i), -0.1 * i, 0.4 + 0.2 * ((i + 1) % 3)}), 0.35).hue_shift = static_cast<float>(i);
+  }
+  compare("three edits, two gates", s, Which::Eye, everything);
+}
+
+TEST(EyeOracle, round_lamps_and_a_sun) {
+  Stage s;
+  s.lamp("Sun", LightKind::Sun, facing({-0.4, -0.2, 1}, {0, 0, 3}), 0.8f).angle = 0.8f;
+  s.lamp("Bulb", LightKind::Point, facing({0, 0, 1}, {-0.3, 0.2, 1}), 20, {0.4f, 0.6f, 1}).radius = 0.4f;
+  LightDescription& spot = s.lamp("Spot", LightKind::Spot, facing({0.3, 0, 1}, {0.6, 0, 1.4}), 60, {1, 0.6f, 0.3f});
+  spot.spot_angle = 1.8f, spot.radius = 0.3f;
+  s.plate("Mirror", facing({0, -0.2, 1}, {0, 0.1, 0.15}, 0.45, 0.35), mirror({0.9f, 0.85f, 0.8f}));
+  s.world({0.1f, 0.1f, 0.15f});
+  auto& a = s.edit("A", "L'Sun,Bulb'S*", facing({0, 0, 1}, {0, 0, 0.4}), 0.4);
+  s.exit(a, facing({0.3, 0, 1}, {0.2, 0.1, 0.6}, 1, 1, 0.5), 0.4);
+  auto& b = s.edit("B", "L'World'.*|L'Spot'", facing({0, -0.3, 1}, {0.2, 0, 0.5}), 0.4);
+  s.exit(b, facing({0, -0.3, 1}, {-0.2, 0.1, 0.3}), 0.4).intensity = 0.5f;
+  compare("round lamps and a sun", s, Which::Eye, everything);
+}
+
+// Shading normals: flux takes Veach's adjoint factor, so that photons and eye paths agree.
+TEST(EyeOracle, smooth_normals) {
+  Stage s = under_ceiling();
+  MeshDescription ball = sphere(8);
+  for (const auto& triangle : ball.triangles)
+    for (const std::uint32_t corner : triangle) ball.normals.push_back(ball.positions[corner]);
+  s.solid("Ball", ball, {0, 0, 0.5}, 0.3, glass({0.95f, 1, 0.9f}, 1.5f));
+  s.settings.max_depth = 6;
+  compare("smooth ball of glass", s, Which::Eye, everything);
+  s.scene.materials.back() = painted({0.8f, 0.8f, 0.3f});
+  compare("smooth painted ball", s, Which::Eye, everything);
+}
+
+// Each switch alone gives its part, and nothing else but what no switch removes.
+TEST(EyeOracle, each_effect_alone) {
+  Stage s = with_mirror();
+  auto& e = s.edit("In", "L.*", facing({0, -0.4, 1}, {0.1, 0, 0.4}), 0.35);
+  s.exit(e, facing({0, -0.4, 1}, {-0.1, 0, 0.5}), 0.35).intensity = 0.8f;
+  const auto scene = test::compiled(s.scene);
+  Effort effort;
+  if (is_full()) effort.passes *= full_effort, effort.paths *= full_effort;
+  const std::vector<Regions> oracle = ask_oracle(s.scene, *scene, s.settings, Which::Eye, effort, 4711);
+  for (const Part only : lit) {
+    TransportSettings alone = s.settings;
+    alone.use_direct = only == Part::Direct, alone.use_caustics = only == Part::Caustics;
+    alone.use_edited = only == Part::Edited, alone.use_indirect = only == Part::Indirect;
+    Counts counts;
+    const std::vector<Regions> core = render_core(*scene, alone, {.seeds = effort.seeds, .passes = effort.passes, .first_seed = 815}, effort.side, pool(), counts);
+    std::cout << report_line("alone " + std::to_string(static_cast<int>(only)), core, oracle, {only});
+    for (const Part part : everything) {
+      if (part == only || part == Part::Emission)
+        expect_equal("effect alone", core, oracle, part);
+      else
+        EXPECT_TRUE(is_dark(core, part)) << static_cast<int>(part) << " with only " << static_cast<int>(only);
+    }
+  }
+}
+
 TEST(EyeOracle, random_edits_everywhere) {
   const int count = is_full() ? 8 : 3;
   for (int seed = 1; seed <= count; ++seed) {
@@ -197,7 +294,7 @@ TEST(EyeOracle, random_edits_everywhere) {
     s.scene.max_gates = 2;
     EditMaker maker(static_cast<std::uint64_t>(seed));
     for (int i = 0; i < 4; ++i) maker.add(s, {.expressions = {"L", "L.*", "LD", "LD*", "L.*D'Wall'", "LF+D?", "L'World'.*", "L.*S", "L(!F)*", "L.*F.*"}});
-    if (seed % 3 == 0) maker.add(s, {.expressions = {"E", "S*E", "SE"}});
+    if (seed % 3 == 0) maker.add(s, {.expressions = {"E", "S*E", "SE", "F*SF*E"}});
     maker.shuffle_orders(s);
     compare("random edits " + std::to_string(seed), s, Which::Eye, everything);
   }

@@ -97,10 +97,11 @@ class EyeTracer {
       std::size_t end = i;
       while (end < met.size() && met[end].gate->plane == met[i].gate->plane && met[end].t == met[i].t) ++end;
       see_lamps(met[i].t);
-      for (std::size_t k = i; k < end; ++k)
-        if (is_view_capture(met[k])) return enter_view_edit(view, met[k]);
+      // Design §2 does not say who is first in one plane; here, as in the core, gates of light edits lie on the eye's side of view gates.
       if (!choose_gate(view, std::span(met.begin() + static_cast<std::ptrdiff_t>(i), end - i), met[i].t)) return false;
       if (view.plane >= 0) return true;
+      for (std::size_t k = i; k < end; ++k)
+        if (is_view_capture(met[k])) return enter_view_edit(view, met[k]);
       i = end;
     }
     see_lamps(t_end);
@@ -212,41 +213,44 @@ class EyeTracer {
     if (is_black(radiance)) return;
     History history{.word = Word(1, rules_.words.event(Event::L, entity))};
     V3d color(radiance), origin = from;
-    int edit = -1, exit = -1;  // the light edit's gate just left
+    const Node* last = nullptr;
     for (int i = static_cast<int>(nodes_.size()) - 1; i >= -1; --i) {
       const Node* node = i >= 0 ? &nodes_[static_cast<std::size_t>(i)] : nullptr;
-      const bool is_taken = node && node->kind == Node::Kind::LightGate;
-      if (!follows(history, origin, edit, exit, node ? node->light_side : eye_, is_taken ? node->edit : -1)) return;
-      edit = is_taken ? node->edit : -1;
+      if (!follows(history, origin, last, node)) return;
       if (!node) break;
       if (node->kind != Node::Kind::Surface) {
         if (rules_.at_cap(history)) return;
         rules_.through(history, node->edit);
-        exit = node->exit;
       } else {
         history.word += rules_.words.event(node->event, node->entity);
       }
       color = turned_hue(color * node->factor, node->hue);
       origin = node->eye_side;
+      last = node;
     }
     sum_[static_cast<std::size_t>(part())] += color * eye_factor_;
   }
 
-  // Light goes from `origin` (where it has left `exit` of `edit`, if any) to `to`: is it taken by just the entry of `expected` (at `to`;
-  // -1: by none)?
-  [[nodiscard]] bool follows(const History& history, const V3d& origin, int edit, int exit, const V3d& to, int expected) {
+  // Light goes from `origin`, the eye's side of node `from` (null: an emitter), to `to` (null: the eye). Do just those entries take it
+  // that the path supposes?
+  [[nodiscard]] bool follows(const History& history, const V3d& origin, const Node* from, const Node* to) {
     if (rules_.gates.empty()) return true;
     const double near = 1e-9 * far_;
-    const auto is_expected = [&](const Meeting& m) { return m.gate->edit == expected && (m.gate->point(m.uv) - to).length() <= near; };
+    const V3d end = to ? to->light_side : eye_;
+    const int expected = to && to->kind == Node::Kind::LightGate ? to->edit : -1;
+    const auto is_expected = [&](const Meeting& m) { return m.gate->edit == expected && (m.gate->point(m.uv) - end).length() <= near; };
     int skipped = -1;
-    if (edit >= 0) {
-      if (const auto taken = rules_.capture_at(history, edit, exit, origin)) return is_expected(*taken);
-      skipped = rules_.gates.gate(edit, exit).plane;
+    if (from && from->kind != Node::Kind::Surface) {
+      const bool of_light = from->kind == Node::Kind::LightGate;
+      const int exit = of_light ? from->exit : -1;  // light leaves a view edit at its entry
+      if (const auto taken = rules_.capture_at(history, from->edit, exit, origin)) return is_expected(*taken);
+      skipped = rules_.gates.gate(from->edit, exit).plane;
     }
-    const V3d way = to - origin;
+    const V3d way = end - origin;
     const double length = way.length();
     if (length <= near) return expected < 0;
-    const auto taken = rules_.capture_on(history, origin, way / length, expected >= 0 ? length + near : length, skipped);
+    const double t_end = expected >= 0 ? length + near : to && to->kind == Node::Kind::ViewGate ? length - near : length;
+    const auto taken = rules_.capture_on(history, origin, way / length, t_end, skipped);
     return taken ? is_expected(*taken) : expected < 0;
   }
 
