@@ -114,6 +114,17 @@ def test_the_mirror_shows_the_exits_place(way):
     assert done.edit()["matched"] == done.edit()["moved"] > 0
 
 
+@pytest.mark.parametrize("way", ["re-aimed", "rotated", "mirrored", "tilted, mirrored"])
+def test_a_slanted_entry_in_the_air(way):
+    """The rays meet it obliquely about both axes, so that each component of the direction counts."""
+    entry = quad((-0.25, 0.125, 0.4), (0.4, 0, 0.2), (0.05, 0.3, 0.15), np.cross((0.4, 0, 0.2), (0.05, 0.3, 0.15)))
+    scene = scene_with("emits")
+    scene.edit("S'Mirror'E", entry, [EXITS[way]])
+    done = render(scene, passes=2)
+    compare(done["Combined"], expected([(entry, [through(entry, EXITS[way])])]))
+    assert done.edit()["matched"] > 200
+
+
 def test_no_exit_removes_the_reflection_and_nothing_else():
     scene = scene_with("emits")
     scene.edit("S'Mirror'E", ENTRY)
