@@ -263,11 +263,11 @@ def test_what_a_floor_absorbs_is_what_it_gets():
 def test_the_ledger_of_an_edit(removed):
     """A gate of gain 3 adds twice what it takes, one without exit removes all of it; the edit's own counts say the same."""
     scene = Scene()
-    scene.floor(diffuse(ALBEDO))
+    scene.floor(diffuse(ALBEDO), half=1.0)
     scene.sun((0, 0, -1), 2.0)
     exits = [] if removed else [exit_at((0.5, 0, 0), (0.3, 0, 0), (0, 0.3, 0), intensity=3.0)]
     scene.edit("L", quad((-0.5, 0, 0), (0.3, 0, 0), (0, 0.3, 0)), exits)
-    got = seeds(scene, 8, passes=4, photons=16384)
+    got = seeds(scene, 8, passes=4, photons=32768)
     taken = 2.0 * 0.36
     assert_mean(got.ledger("removed" if removed else "added"), taken if removed else 2 * taken, finest=0.03)
     for r in got.renders:
