@@ -16,9 +16,9 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 
 import bpy  # noqa: E402
 
-from . import compat, core, engine, native_panels, operators, overlay, panels, properties  # noqa: E402
+from . import compat, core, edit_panels, engine, native_panels, operators, overlay, panels, properties  # noqa: E402
 
-_rooms = (properties, operators, panels, native_panels, engine, overlay)
+_rooms = (properties, operators, panels, edit_panels, native_panels, engine, overlay)
 
 
 @bpy.app.handlers.persistent

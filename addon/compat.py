@@ -68,11 +68,6 @@ def linear_color_names():
     return {"Linear", "Linear Rec.709", "scene_linear", "Scene Linear"}
 
 
-def eevee_engines():
-    """Engine ids that the native shading panels list beside Cycles; EEVEE_NEXT existed in 4.2 to 4.5 only."""
-    return {'BLENDER_EEVEE', 'BLENDER_EEVEE_NEXT'}
-
-
 def builtin_shader(gpu, name):
     """A built-in 3D shader by its 4.0 name; before that the 3D ones carried a prefix. Never call it under -b (SystemError)."""
     for candidate in (name, "3D_" + name):

@@ -22,11 +22,6 @@ def _tag_object(self, _context):
     self.id_data.update_tag(refresh={'OBJECT'})
 
 
-def highest_order():
-    """The highest order of all edits of the file, 0 without any."""
-    return max((item.sluice.order for item in bpy.data.objects if item.sluice.role != 'NONE'), default=0)
-
-
 def _role_changed(self, context):
     """The order is given when an Empty becomes part of an edit, one above all others, so that it is unique."""
     owner = self.id_data

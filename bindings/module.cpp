@@ -128,6 +128,33 @@ py::dict check_expression(const std::string& text, const std::vector<std::string
   return d;
 }
 
+std::string letter_of(EventMask kinds) {
+  static constexpr std::pair<Event, const char*> letters[] = {{Event::L, "L"}, {Event::E, "E"}, {Event::D, "D"}, {Event::S, "S"}, {Event::F, "F"}};
+  if (kinds == any_lobe) return "X";
+  for (const auto& [kind, letter] : letters)
+    if (kinds & mask_of(kind)) return letter;  // D and S hold G too
+  return "G";
+}
+
+// ("atom", negated, ((letter, (name, …)), …)), ("sequence", node, …), ("choice", node, …), ("repeat", node, min, max or None).
+py::tuple tree_of(const Expression& expression, int index) {
+  const SyntaxNode& node = expression.nodes[static_cast<std::size_t>(index)];
+  py::list parts;
+  if (node.kind == SyntaxNode::Kind::Atom) {
+    const Atom& atom = expression.atoms[static_cast<std::size_t>(node.atom)];
+    for (const Symbol& symbol : atom.symbols) parts.append(py::make_tuple(letter_of(symbol.kinds), py::tuple(py::cast(symbol.names))));
+    return py::make_tuple("atom", atom.negated, py::tuple(parts));
+  }
+  static constexpr const char* kinds[] = {"atom", "sequence", "choice", "repeat"};
+  parts.append(kinds[static_cast<int>(node.kind)]);
+  for (const int child : node.children) parts.append(tree_of(expression, child));
+  if (node.kind == SyntaxNode::Kind::Repeat) {
+    parts.append(node.min);
+    parts.append(node.max == SyntaxNode::unbounded ? py::object(py::none()) : py::object(py::int_(node.max)));
+  }
+  return py::tuple(parts);
+}
+
 }  // namespace
 
 PYBIND11_MODULE(sluice_core, m) {
@@ -152,6 +179,11 @@ PYBIND11_MODULE(sluice_core, m) {
           return accepts_many(expression, events, std::span(words.data(), static_cast<std::size_t>(words.size())), static_cast<std::size_t>(words.shape(1)));
         }, py::arg("expression"), py::arg("events"), py::arg("words"), "Rows of `words` are numbers of `events`, ended early by 255; 0 or 1 per row.");
   m.def("check_expression", &check_expression, py::arg("text"), py::arg("names"), "{'side', 'warnings'} of an edit's expression; ExpressionError if it has none.");
+
+  m.def("parse", [](const std::string& text) {
+          const Expression expression = parse_expression(text);
+          return tree_of(expression, expression.root);
+        }, py::arg("text"), "The syntax tree as nested tuples: ('atom', negated, ((letter, names), …)), ('sequence', …), ('choice', …), ('repeat', node, min, max or None).");
 
   py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session", py::module_local(), "One render: start, poll, read pictures.")
       .def(py::init<>())

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel of an edit's Empty, in the properties editor and in the 3D view's sidebar: its expression, checked as it is typed and told
+back in words; its exits; its numbers."""
+import functools
+
+import bpy
+
+from . import core, operators, words
+from .panels import Panel, sentence
+
+
+class Checked:
+    """What is to be said of an expression."""
+
+    def __init__(self, side=None, told="", warnings=(), column=None, error=None):
+        self.side, self.told, self.warnings, self.column, self.error = side, told, warnings, column, error
+
+
+@functools.lru_cache(maxsize=64)
+def check(text, names, language):
+    """Kept, since panels are drawn many times a second."""
+    try:
+        found = core.load().check_expression(text, list(names))
+        told = words.tell(core.load().parse(text), language)
+    except ValueError as error:
+        return Checked(column=getattr(error, "column", None), error=str(error))
+    except core.CoreMissing as missing:
+        return Checked(error=str(missing))
+    return Checked(found["side"], told[0].upper() + told[1:], tuple(found["warnings"]))
+
+
+def known_names():
+    """Every name an expression may use."""
+    worlds = (world.name for world in bpy.data.worlds)
+    return tuple(sorted({*bpy.data.objects.keys(), *bpy.data.collections.keys(), *worlds}))
+
+
+def _language():
+    """Of the interface: 'fr' for French, where Blender translates what it shows."""
+    view = bpy.context.preferences.view
+    return bpy.app.translations.locale[:2] if view.use_translate_interface else "en"
+
+
+def _near(text, column):
+    """A few characters round a place in an expression, the place marked."""
+    place = min(column - 1, len(text))
+    before, after = text[:place], text[place:]
+    return ("…" + before[-7:] if len(before) > 8 else before) + "▸" + (after[:7] + "…" if len(after) > 8 else after)
+
+
+def _draw_expression(layout, region, edit):
+    found = check(edit.expression, known_names(), _language())
+    layout.label(text="Expression")
+    row = layout.row()
+    row.use_property_split = False  # expressions are long: the whole width
+    row.alert = found.error is not None
+    row.prop(edit, "expression", text="")
+    if found.error is not None:
+        alert = layout.column()
+        alert.alert = True
+        where = "" if found.column is None else f"Column {found.column}, {_near(edit.expression, found.column)}: "
+        sentence(alert, region, where + found.error, 'ERROR')
+        return
+    sentence(layout, region, found.told, 'LIGHT' if found.side == 'light' else 'HIDE_OFF')
+    for warning in found.warnings:
+        sentence(layout, region, warning, 'INFO')
+
+
+def _halves(layout):
+    """A row for a name, left, and for numbers, right."""
+    split = layout.split(factor=0.5, align=True)
+    left = split.row(align=True)
+    left.alignment = 'LEFT'
+    return left, split.row(align=True)
+
+
+def _draw_exits(layout, entry):
+    exits = operators.exits_of(entry)
+    header = layout.row()
+    header.label(text="Exits" if exits else "No exit: the light is absorbed", icon='EXPORT')
+    header.operator("sluice.add_exit", text="", icon='ADD')
+    header.operator("sluice.select_exits", text="", icon='RESTRICT_SELECT_OFF')
+    if not exits:
+        return
+    box = layout.box().column(align=True)
+    box.use_property_split = box.use_property_decorate = False
+    for item in exits:
+        name, numbers = _halves(box)
+        name.operator("sluice.select_one", text=item.name, emboss=False).name = item.name
+        numbers.prop(item.sluice, "intensity", text="")
+        numbers.prop(item.sluice, "hue_shift", text="")
+
+
+def _draw_entry(layout, region, item):
+    edit = item.sluice
+    body = layout.column()
+    body.active = edit.enabled
+    _draw_expression(body, region, edit)
+    body.separator()
+    body.prop(edit, "amount")
+    body.prop(edit, "feather")
+    body.prop(edit, "repeat")
+    layout.separator()
+    _draw_exits(layout, item)
+
+
+def _draw_exit(layout, edit):
+    row = layout.row(align=True)
+    row.alert = edit.entry is None
+    row.prop(edit, "entry")
+    if edit.entry is not None:
+        row.operator("sluice.select_one", text="", icon='RESTRICT_SELECT_OFF').name = edit.entry.name
+    else:
+        layout.label(text="Choose the entry whose light leaves here", icon='ERROR')
+    layout.separator()
+    for number, image in (("intensity", "intensity_texture"), ("hue_shift", "hue_shift_texture")):
+        column = layout.column()
+        column.prop(edit, number)
+        _draw_image(column, edit, image, "Texture")
+        column.separator()
+    _draw_image(layout, edit, "normal_map", "Normal Map")
+    layout.prop(edit, "keep_brightness")
+
+
+def _draw_image(layout, edit, name, label):
+    """Choose, make or open an image; a label in line with those of numbers."""
+    layout.template_ID(edit, name, new="image.new", open="image.open", text=label)
+
+
+def draw_edit(layout, region, item):
+    """The whole panel of an edit's Empty."""
+    edit = item.sluice
+    layout.row().prop(edit, "role", expand=True)
+    layout.use_property_split = True
+    if edit.role == 'NONE':
+        return
+    column = layout.column()
+    column.separator()
+    if edit.role == 'ENTRY':
+        _draw_entry(column, region, item)
+    else:
+        _draw_exit(column, edit)
+    place = layout.column()
+    place.prop(edit, "order")
+    place.prop(edit, "offset")
+
+
+class _EditPanel(Panel):
+    bl_label = "Light Edit"
+
+    @classmethod
+    def poll(cls, context):
+        return super().poll(context) and context.object is not None and context.object.type == 'EMPTY'
+
+    def draw_header(self, context):
+        if context.object.sluice.role == 'ENTRY':
+            self.layout.prop(context.object.sluice, "enabled", text="")
+
+    def draw(self, context):
+        draw_edit(self.layout, context.region, context.object)
+
+
+class SLUICE_PT_edit(_EditPanel, bpy.types.Panel):
+    bl_context = "data"
+
+
+class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'UI'
+    bl_category = "Sluice"
+
+
+_classes = (SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)
+    check.cache_clear()
