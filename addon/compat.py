@@ -79,6 +79,12 @@ def builtin_shader(gpu, name):
     raise ValueError(f"no built-in shader {name}")
 
 
+def icon(name, instead):
+    """An icon's name, or another one where this Blender lacks it (LIGHTPROBE_* changed in 4.1)."""
+    import bpy
+    return name if name in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items else instead
+
+
 def color_attribute_layers(mesh):
     """Colour attributes, the one for rendering first."""
     layers = getattr(mesh, "color_attributes", None)

@@ -50,7 +50,10 @@ def _near(text, column):
 
 def _draw_expression(layout, region, edit):
     found = check(edit.expression, known_names(), _language())
-    layout.label(text="Expression")
+    header = layout.row(align=True)
+    header.label(text="Expression")
+    header.operator("sluice.insert_name", text="", icon='ADD')
+    header.popover("SLUICE_PT_expressions", text="", icon='PRESET')
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
     row.alert = found.error is not None

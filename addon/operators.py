@@ -6,16 +6,7 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 from mathutils import Matrix, Vector
 
-from . import placement
-
-# Names for kinds of light on a surface, with the expression an entry on that surface needs
-KINDS = (
-    ("Caustic", "LS+", "Light focused by mirrors and glass", 'LIGHTPROBE_GRID'),
-    ("Direct Light", "L", "Light straight from its source", 'LIGHT'),
-    ("Colour Bleeding", "L.*D", "Light that bounced off something diffuse", 'SHADING_RENDERED'),
-    ("Any Light", "L.*", "All light that comes by", 'LIGHT_HEMI'),
-)
-
+from . import compat, kinds, placement
 
 def _new_empty(context, name, matrix, role):
     item = bpy.data.objects.new(name, None)
@@ -193,19 +184,13 @@ class SLUICE_MT_add_edit(bpy.types.Menu):
     bl_label = "Light Edit"
 
     def draw(self, _context):
-        for label, expression, _description, icon in KINDS:
-            shown = icon if _has_icon(icon) else 'LIGHT'
-            self.layout.operator("sluice.add_edit", text=label, icon=shown).expression = expression
+        for kind in kinds.ARRIVING:
+            self.layout.operator("sluice.add_edit", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
 
 
 def draw_add_menu(self, context):
     if context.engine == 'SLUICE':
-        self.layout.menu("SLUICE_MT_add_edit", icon='LIGHTPROBE_PLANAR' if _has_icon('LIGHTPROBE_PLANAR') else 'LIGHT')
-
-
-def _has_icon(name):
-    """Icons come and go between versions (LIGHTPROBE_* changed in 4.1)."""
-    return name in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
+        self.layout.menu("SLUICE_MT_add_edit", icon=compat.icon('LIGHTPROBE_PLANAR', 'LIGHT'))
 
 
 _classes = (SLUICE_OT_add_edit, SLUICE_OT_add_exit, SLUICE_OT_select_exits, SLUICE_OT_select_one, SLUICE_OT_link_exits,

@@ -8,6 +8,7 @@ import bpy
 from bpy.props import (
     BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty,
 )
+from . import renaming
 
 OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
 
@@ -22,12 +23,21 @@ def _tag_object(self, _context):
     self.id_data.update_tag(refresh={'OBJECT'})
 
 
+def _expression_changed(self, context):
+    renaming.expression_changed()
+    if isinstance(self.id_data, bpy.types.Object):
+        _tag_object(self, context)
+    else:
+        _tag_owner(self, context)
+
+
 def _role_changed(self, context):
     """The order is given when an Empty becomes part of an edit, one above all others, so that it is unique."""
     owner = self.id_data
     others = {item.sluice.order for item in bpy.data.objects if item != owner and item.sluice.role != 'NONE'}
     if self.role != 'NONE' and (self.order == 0 or self.order in others):
         self.order = max(others, default=0) + 1
+    renaming.expression_changed()
     _tag_object(self, context)
 
 
@@ -54,7 +64,7 @@ class SluiceObject(bpy.types.PropertyGroup):
     expression: StringProperty(
         name="Expression", description="Which light is captured, by what happened to it since its source. LS+: caustics; "
         "L: direct light; L.*D: light that bounced off something diffuse; names in quotes: LS'Glass egg'+",
-        default="LS+", maxlen=1024, override=OVERRIDABLE, update=_tag_object)
+        default="LS+", maxlen=1024, override=OVERRIDABLE, update=_expression_changed)
     enabled: BoolProperty(
         name="Enabled", description="Let this edit act", default=True, override=OVERRIDABLE, update=_tag_object)
     repeat: BoolProperty(
@@ -145,7 +155,7 @@ class SluiceLayer(bpy.types.PropertyGroup):
     name: StringProperty(name="Name", description="Name of the render pass", override=OVERRIDABLE, update=_tag_owner)
     expression: StringProperty(
         name="Expression", description="Over the whole path of the light, from L to E", default="L.*E", maxlen=1024,
-        override=OVERRIDABLE, update=_tag_owner)
+        override=OVERRIDABLE, update=_expression_changed)
 
 
 class SluiceViewLayer(bpy.types.PropertyGroup):

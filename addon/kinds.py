@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kinds of light by plain names, each with the expression that takes it. What menus offer. No bpy."""
+from collections import namedtuple
+
+Kind = namedtuple("Kind", "label expression description icon")  # {} in an expression: the name of an object
+
+ARRIVING = (
+    Kind("Caustic", "LS+", "Light focused by mirrors and glass", 'LIGHTPROBE_GRID'),
+    Kind("Straight Light", "L", "Light straight from its lamp", 'LIGHT'),
+    Kind("Colour Bleeding", "L.*D", "Light that bounced off something diffuse last", 'SHADING_RENDERED'),
+    Kind("All Indirect Light", "L.+", "Light that met anything on its way", 'SHADING_TEXTURE'),
+    Kind("Everything", "L.*", "All light that comes by", 'LIGHT_HEMI'),
+)
+NAMED = (
+    Kind("From This Lamp…", "L{}.*", "All light of one lamp, whatever it met", 'LIGHT_AREA'),
+    Kind("Through This Object…", "L.*S{}+", "Light that a thing mirrored or refracted last", 'META_BALL'),
+    Kind("Colour of This Object…", "L.*D{}", "Light that bounced off a thing last, and took its colour", 'MATERIAL'),
+)
+SEEN = (
+    Kind("What the Eye Sees", "E", "The picture itself, where it is seen directly", 'HIDE_OFF'),
+    Kind("All Reflections", "S+E", "What is seen in mirrors and through glass", 'MOD_MIRROR'),
+)
+GROUPS = (ARRIVING, NAMED, SEEN)

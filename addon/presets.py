@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Expressions to choose from: ours by what they take, and the artist's own, kept as Blender presets (scripts/presets/sluice/expression).
+And names to choose from instead of typing them."""
+import ast
+
+import bl_operators.presets
+import bpy
+from bl_ui.utils import PresetPanel
+from bpy.props import EnumProperty, StringProperty
+
+from . import compat, kinds, names, operators
+
+SUBDIR = "sluice/expression"
+
+_items = []  # Blender keeps no copies of an enumeration's strings
+
+
+def _nouns(_self, context):
+    """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh."""
+    scene, found = context.scene, []
+    for item in sorted(scene.objects, key=lambda item: item.name):
+        if item.type == 'LIGHT':
+            found.append(("L", item.name, "a lamp", 'LIGHT'))
+        elif item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
+            found.append(("F", item.name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
+        elif item.type in {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}:
+            found += [("S", item.name, "mirrored or refracted", 'OBJECT_DATA'), ("D", item.name, "diffuse", 'OBJECT_DATA')]
+    found += [("X", item.name, "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
+    if scene.world is not None:
+        found.append(("L", scene.world.name, "the world", 'WORLD'))
+    _items[:] = [(f"{kind}:{name}", f"{kind}{names.quoted([name])}  {told}", "", icon, number)
+                 for number, (kind, name, told, icon) in enumerate(found)]
+    return _items or [("", "Nothing to name", "")]
+
+
+class _OnEntry:
+    """Works on the entry of the active Empty's edit, one undo step."""
+
+    bl_options = {'REGISTER', 'UNDO'}
+
+    @classmethod
+    def poll(cls, context):
+        entry = operators.entry_of(context.object)
+        return entry is not None and entry.library is None
+
+
+class SLUICE_OT_insert_name(_OnEntry, bpy.types.Operator):
+    """Put the name of an object, lamp, edit or collection into the expression"""
+
+    bl_idname = "sluice.insert_name"
+    bl_label = "Insert Name"
+    bl_property = "noun"
+
+    noun: EnumProperty(name="Name", description="What the expression shall name", items=_nouns)
+
+    def execute(self, context):
+        edit = operators.entry_of(context.object).sluice
+        kind, _colon, name = self.noun.partition(":")
+        if name:
+            edit.expression = names.with_name(edit.expression, kind, name)
+        return {'FINISHED'}
+
+    def invoke(self, context, _event):
+        context.window_manager.invoke_search_popup(self)
+        return {'RUNNING_MODAL'}
+
+
+class SLUICE_OT_set_expression(_OnEntry, bpy.types.Operator):
+    """Take this kind of light"""
+
+    bl_idname = "sluice.set_expression"
+    bl_label = "Set Expression"
+    bl_property = "noun"
+
+    expression: StringProperty(name="Expression", description="With {} where a name belongs", maxlen=1024)
+    noun: EnumProperty(name="Name", description="What {} stands for", items=_nouns)
+
+    @classmethod
+    def description(cls, _context, properties):
+        offered = (kind for group in kinds.GROUPS for kind in group)
+        return next((kind.description for kind in offered if kind.expression == properties.expression), cls.__doc__)
+
+    def execute(self, context):
+        expression = self.expression
+        if "{}" in expression:
+            name = self._named(context) or self.noun.partition(":")[2]
+            if not name:
+                self.report({'WARNING'}, "There is no object to name")
+                return {'CANCELLED'}
+            expression = expression.replace("{}", names.quoted([name]))
+        operators.entry_of(context.object).sluice.expression = expression
+        return {'FINISHED'}
+
+    def invoke(self, context, _event):
+        if "{}" not in self.expression or self._named(context):
+            return self.execute(context)
+        context.window_manager.invoke_search_popup(self)
+        return {'RUNNING_MODAL'}
+
+    @staticmethod
+    def _named(context):
+        """The name of a thing that is selected beside the edit."""
+        return next((item.name for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE'), "")
+
+
+class SLUICE_OT_load_expression(_OnEntry, bpy.types.Operator):
+    """Take the light that this preset takes"""
+
+    bl_idname = "sluice.load_expression"
+    bl_label = "Load Expression"
+
+    filepath: StringProperty(name="File", description="The preset's file", subtype='FILE_PATH', options={'SKIP_SAVE'})
+
+    def execute(self, context):
+        expression = read_preset(self.filepath)
+        if expression is None:
+            self.report({'WARNING'}, f"{self.filepath} holds no expression")
+            return {'CANCELLED'}
+        operators.entry_of(context.object).sluice.expression = expression
+        return {'FINISHED'}
+
+
+def read_preset(path):
+    """The expression that a preset's file assigns, or None. The file is read, never run."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            statements = ast.parse(file.read()).body
+    except (OSError, SyntaxError, ValueError):
+        return None
+    for statement in statements:
+        if isinstance(statement, ast.Assign) and getattr(statement.targets[0], "attr", "") == "expression":
+            value = getattr(statement.value, "value", None)
+            return value if isinstance(value, str) else None
+    return None
+
+
+class SLUICE_OT_save_expression(bl_operators.presets.AddPresetBase, bpy.types.Operator):
+    """Keep this expression as a preset, or remove one"""
+
+    bl_idname = "sluice.save_expression"
+    bl_label = "Save Expression"
+    preset_menu = "SLUICE_PT_expressions"
+    preset_defines = ["edit = bpy.context.object.sluice"]
+    preset_values = ["edit.expression"]
+    preset_subdir = SUBDIR
+
+
+class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
+    bl_label = "Expressions"
+    preset_subdir = SUBDIR
+    preset_operator = "sluice.load_expression"
+    preset_add_operator = "sluice.save_expression"
+
+    def draw(self, context):
+        layout = self.layout
+        layout.emboss = 'PULLDOWN_MENU'
+        layout.operator_context = 'INVOKE_DEFAULT'  # some ask for a name
+        for group in kinds.GROUPS:
+            column = layout.column(align=True)
+            for kind in group:
+                column.operator("sluice.set_expression", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
+            layout.separator()
+        layout.label(text="Own")
+        if bpy.utils.preset_paths(SUBDIR):
+            bpy.types.Menu.draw_preset(self, context)
+        else:
+            self._draw_first(layout, context.window_manager)
+
+    def _draw_first(self, layout, manager):
+        """The field for a name, as Blender draws it; without a folder it would speak of missing paths."""
+        row = layout.row()
+        field = row.row()
+        field.emboss = 'NORMAL'
+        field.prop(manager, "preset_name", text="")
+        row.operator(self.preset_add_operator, text="", icon='ADD').name = manager.preset_name
+
+
+_classes = (SLUICE_OT_insert_name, SLUICE_OT_set_expression, SLUICE_OT_load_expression, SLUICE_OT_save_expression, SLUICE_PT_expressions)
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)
