@@ -16,9 +16,9 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 
 import bpy  # noqa: E402
 
-from . import compat, core, edit_panels, engine, native_panels, operators, overlay, panels, presets, properties, renaming  # noqa: E402
+from . import compat, core, edit_list, edit_panels, engine, native_panels, operators, overlay, panels, presets, properties, renaming, statistics  # noqa: E402
 
-_rooms = (properties, operators, presets, panels, edit_panels, native_panels, engine, overlay, renaming)
+_rooms = (properties, operators, presets, panels, edit_panels, edit_list, native_panels, engine, overlay, renaming, statistics)
 
 
 @bpy.app.handlers.persistent

@@ -5,7 +5,7 @@ import functools
 
 import bpy
 
-from . import core, operators, words
+from . import core, operators, statistics, words
 from .panels import Panel, sentence
 
 
@@ -81,6 +81,7 @@ def _draw_exits(layout, entry):
     exits = operators.exits_of(entry)
     header = layout.row()
     header.label(text="Exits" if exits else "No exit: the light is absorbed", icon='EXPORT')
+    header.menu("SLUICE_MT_change_light", text="", icon='DOWNARROW_HLT')
     header.operator("sluice.add_exit", text="", icon='ADD')
     header.operator("sluice.select_exits", text="", icon='RESTRICT_SELECT_OFF')
     if not exits:
@@ -99,6 +100,8 @@ def _draw_entry(layout, region, item):
     body = layout.column()
     body.active = edit.enabled
     _draw_expression(body, region, edit)
+    for text, icon in statistics.lines(statistics.of(item.name)):
+        sentence(body, region, text, icon)
     body.separator()
     body.prop(edit, "amount")
     body.prop(edit, "feather")

@@ -6,7 +6,7 @@ import sys
 import traceback
 from dataclasses import dataclass, field
 
-from . import core, export, passes, status
+from . import core, export, passes, statistics, status
 from .export.camera import export_camera, export_frame
 from .export.names import Names
 from .export.settings import export_settings, for_preview
@@ -129,17 +129,17 @@ def _trust_size(frame, result):
 
 def _finish(engine, session, progress, job):
     """Says why the render stopped, and puts into the file's header what made it."""
-    statistics = session.statistics()
     if not engine.is_preview:
         print(f"sluice: {status.summary(progress)}", flush=True)
-        if statistics.get("report"):
-            print(statistics["report"], flush=True)
+        print(session.statistics()["report"], flush=True)
+        statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
             engine.report({'INFO'}, f"Sluice: {status.summary(progress)}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
         "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
+        **{f"edit {name}": line for name, line in statistics.stamps().items()},
     }
     result = engine.get_result()  # fields of a tile's result are lost; the whole result keeps them
     if result is not None:

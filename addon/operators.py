@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making and linking edits: Add ▸ Light Edit, exits for an entry, selection along the links."""
+"""Making and linking edits: Add ▸ Light Edit, what becomes of the light, exits for an entry, selection along the links."""
+import math
+
 import bmesh
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, StringProperty
 from mathutils import Matrix, Vector
 
 from . import compat, kinds, placement
 
-def _new_empty(context, name, matrix, role):
+def new_empty(context, name, matrix, role):
     item = bpy.data.objects.new(name, None)
     item.empty_display_type = 'SINGLE_ARROW'
     item.empty_display_size = 1.0
@@ -19,7 +21,7 @@ def _new_empty(context, name, matrix, role):
     return item
 
 
-def _select_only(context, items, active):
+def select_only(context, items, active):
     for item in context.selected_objects:
         item.select_set(False)
     for item in items:
@@ -57,14 +59,73 @@ def _selected_faces(context):
     return (np.array(points), np.array(normal)) if points else None
 
 
-class SLUICE_OT_add_edit(bpy.types.Operator):
-    """Add an entry that captures light and an exit that sends it out again: on the selected faces, or at the 3D cursor"""
+ACTIONS = (
+    ('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
+    ('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
+    ('RECOLOUR', "Recolour", "The light stays, in another colour", 'COLOR'),
+    ('DIM', "Dim", "The light stays, weaker", 'LIGHT_SUN'),
+    ('REMOVE', "Remove", "The light is gone", 'X'),
+)
+_ACTION_ITEMS = tuple((name, label, description, icon, number) for number, (name, label, description, icon) in enumerate(ACTIONS))
+
+
+class _Change:
+    """What becomes of the light that an entry takes: the part of two operators. Makes or changes exits."""
+
+    hue_shift: FloatProperty(name="Hue Shift", description="Turn on the hue circle, for Recolour", subtype='ANGLE',
+                             default=math.radians(120), soft_min=-math.pi, soft_max=math.pi)
+    intensity: FloatProperty(name="Intensity", description="Factor on the energy, for Dim", default=0.5, min=0.0, soft_max=2.0, max=1e4)
+
+    def change(self, context, entry, action):
+        """Returns the exit that the artist will want to touch next, or the entry."""
+        if action == 'REMOVE':
+            for item in exits_of(entry):
+                bpy.data.objects.remove(item)
+            return entry
+        if action == 'MOVE':
+            return self._add_exit(context, entry, Matrix(placement.beside(entry.matrix_world)))
+        exits = exits_of(entry) or [self._stay(context, entry)]
+        for item in exits:
+            if action == 'RECOLOUR':
+                item.sluice.hue_shift = self.hue_shift
+            elif action == 'DIM':
+                item.sluice.intensity *= self.intensity
+        if action == 'COPY':
+            _place, _turn, scale = entry.matrix_world.decompose()
+            return self._add_exit(context, entry, context.scene.cursor.matrix @ Matrix.Diagonal((*scale, 1)))
+        return exits[0]
+
+    def draw_numbers(self, layout):
+        if self.action == 'RECOLOUR':
+            layout.prop(self, "hue_shift")
+        elif self.action == 'DIM':
+            layout.prop(self, "intensity")
+
+    @staticmethod
+    def _add_exit(context, entry, matrix):
+        item = new_empty(context, f"{entry.name} Exit", matrix, 'EXIT')
+        item.empty_display_size = entry.empty_display_size
+        item.sluice.entry = entry
+        return item
+
+    def _stay(self, context, entry):
+        """An exit on the entry itself, which goes where the entry goes: the light leaves as it came."""
+        item = self._add_exit(context, entry, entry.matrix_world)
+        item.parent = entry
+        item.matrix_parent_inverse.identity()
+        item.matrix_basis.identity()
+        return item
+
+
+class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
+    """Add an entry that captures light, and what becomes of it: on the selected faces, or at the 3D cursor"""
 
     bl_idname = "sluice.add_edit"
     bl_label = "Add Light Edit"
     bl_options = {'REGISTER', 'UNDO'}
 
     expression: StringProperty(name="Expression", description="Which light the entry captures", default="LS+", maxlen=1024)
+    action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='MOVE')
     size: FloatProperty(name="Size", description="Side of the entry where no faces are selected", subtype='DISTANCE', default=1.0,
                         min=1e-4, soft_max=10.0)
 
@@ -80,12 +141,52 @@ class SLUICE_OT_add_edit(bpy.types.Operator):
             matrix = Matrix(placement.fit_quad(*faces))
         else:
             matrix = context.scene.cursor.matrix @ Matrix.Scale(self.size / 2, 4)
-        entry = _new_empty(context, "Light Edit", matrix, 'ENTRY')
+        entry = new_empty(context, "Light Edit", matrix, 'ENTRY')
         entry.sluice.expression = self.expression
-        exit_ = _new_empty(context, f"{entry.name} Exit", Matrix(placement.beside(matrix)), 'EXIT')
-        exit_.sluice.entry = entry
-        _select_only(context, [exit_], exit_)  # the exit lies on the entry's plane: the artist moves it next
+        if self.action == 'COPY' and faces is None:  # the cursor is where the entry lies
+            self._stay(context, entry)
+            touched = self.change(context, entry, 'MOVE')
+        else:
+            touched = self.change(context, entry, self.action)
+        select_only(context, [touched], touched)
         return {'FINISHED'}
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "expression")
+        layout.prop(self, "action")
+        layout.prop(self, "size")
+        self.draw_numbers(layout)
+
+
+class SLUICE_OT_change_light(_Change, bpy.types.Operator):
+    """Decide what becomes of the light that this edit's entry takes"""
+
+    bl_idname = "sluice.change_light"
+    bl_label = "Change Light"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='COPY')
+
+    @classmethod
+    def poll(cls, context):
+        entry = entry_of(context.object)
+        return entry is not None and entry.library is None and context.mode == 'OBJECT'
+
+    @classmethod
+    def description(cls, _context, properties):
+        return next(description for name, _label, description, _icon in ACTIONS if name == properties.action)
+
+    def execute(self, context):
+        touched = self.change(context, entry_of(context.object), self.action)
+        select_only(context, [touched], touched)
+        return {'FINISHED'}
+
+    def draw(self, _context):
+        self.layout.use_property_split = True
+        self.layout.prop(self, "action")
+        self.draw_numbers(self.layout)
 
 
 class SLUICE_OT_add_exit(bpy.types.Operator):
@@ -101,14 +202,14 @@ class SLUICE_OT_add_exit(bpy.types.Operator):
 
     def execute(self, context):
         source, entry = context.object, entry_of(context.object)
-        item = _new_empty(context, f"{entry.name} Exit", Matrix(placement.beside(source.matrix_world)), 'EXIT')
+        item = new_empty(context, f"{entry.name} Exit", Matrix(placement.beside(source.matrix_world)), 'EXIT')
         item.empty_display_size = source.empty_display_size
         item.sluice.entry = entry
         if source.sluice.role == 'EXIT':
             for name in ("offset", "intensity", "hue_shift", "keep_brightness", "intensity_texture", "hue_shift_texture",
                          "normal_map"):
                 setattr(item.sluice, name, getattr(source.sluice, name))
-        _select_only(context, [item], item)
+        select_only(context, [item], item)
         return {'FINISHED'}
 
 
@@ -128,7 +229,7 @@ class SLUICE_OT_select_exits(bpy.types.Operator):
         if not found:
             self.report({'INFO'}, "This entry has no exit: the light it takes is absorbed")
             return {'CANCELLED'}
-        _select_only(context, found, found[0])
+        select_only(context, found, found[0])
         return {'FINISHED'}
 
 
@@ -150,7 +251,7 @@ class SLUICE_OT_select_one(bpy.types.Operator):
         if item is None:
             self.report({'WARNING'}, f"{self.name} is not in this view layer")
             return {'CANCELLED'}
-        _select_only(context, [item], item)
+        select_only(context, [item], item)
         return {'FINISHED'}
 
 
@@ -179,13 +280,38 @@ class SLUICE_OT_link_exits(bpy.types.Operator):
         return {'FINISHED'}
 
 
+class _KindsMenu:
+    """The kinds of light that one action can be done to."""
+
+    action = 'MOVE'
+
+    def draw(self, _context):
+        for kind in kinds.ARRIVING:
+            row = self.layout.operator("sluice.add_edit", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT'))
+            row.expression, row.action = kind.expression, self.action
+
+
+_kinds_menus = [type(f"SLUICE_MT_{name.lower()}_light", (_KindsMenu, bpy.types.Menu), {"bl_label": label, "action": name})
+                for name, label, _description, _icon in ACTIONS]
+
+
 class SLUICE_MT_add_edit(bpy.types.Menu):
     bl_idname = "SLUICE_MT_add_edit"
     bl_label = "Light Edit"
 
     def draw(self, _context):
-        for kind in kinds.ARRIVING:
-            self.layout.operator("sluice.add_edit", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
+        for menu, (_name, label, _description, icon) in zip(_kinds_menus, ACTIONS):
+            self.layout.menu(menu.__name__, text=label, icon=icon)
+
+
+class SLUICE_MT_change_light(bpy.types.Menu):
+    """What becomes of the light of the active edit"""
+
+    bl_label = "Change Light"
+
+    def draw(self, _context):
+        for name, label, _description, icon in ACTIONS[1:]:
+            self.layout.operator("sluice.change_light", text="Copy to Cursor" if name == 'COPY' else label, icon=icon).action = name
 
 
 def draw_add_menu(self, context):
@@ -193,8 +319,8 @@ def draw_add_menu(self, context):
         self.layout.menu("SLUICE_MT_add_edit", icon=compat.icon('LIGHTPROBE_PLANAR', 'LIGHT'))
 
 
-_classes = (SLUICE_OT_add_edit, SLUICE_OT_add_exit, SLUICE_OT_select_exits, SLUICE_OT_select_one, SLUICE_OT_link_exits,
-            SLUICE_MT_add_edit)
+_classes = (SLUICE_OT_add_edit, SLUICE_OT_change_light, SLUICE_OT_add_exit, SLUICE_OT_select_exits, SLUICE_OT_select_one,
+            SLUICE_OT_link_exits, *_kinds_menus, SLUICE_MT_add_edit, SLUICE_MT_change_light)
 _menus = ("VIEW3D_MT_add", "VIEW3D_MT_mesh_add", "VIEW3D_MT_edit_mesh_context_menu")
 
 

@@ -147,6 +147,9 @@ class SluiceScene(bpy.types.PropertyGroup):
     use_edits: BoolProperty(
         name="Light Edits", description="All edits at once: off shows the scene as it is", default=True, override=OVERRIDABLE,
         update=_tag_owner)
+    solo: PointerProperty(
+        name="Solo", description="The entry of the edit that acts alone, none for all", type=bpy.types.Object, poll=_is_entry,
+        override=OVERRIDABLE, update=_tag_owner)
 
 
 class SluiceLayer(bpy.types.PropertyGroup):

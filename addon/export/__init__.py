@@ -53,7 +53,7 @@ def export_scene(depsgraph, camera_description, frame, context):
     """The whole description of what the depsgraph shows, seen by a camera (see camera.py) in a frame."""
     scene = depsgraph.scene_eval
     meshes, instances, lights = geometry.export_objects(depsgraph, context)
-    edits = edit.export_edits(depsgraph.objects, context)
+    edits = edit.export_edits(depsgraph.objects, context, scene.sluice.solo)
     world = {"name": "", "material": -1}
     if scene.world is not None:
         context.materials.append(material.export_world(scene.world, context.images, context.warn))

@@ -3,8 +3,8 @@
 import numpy as np
 
 
-def export_edits(objects, context):
-    """The EditDescriptions of the evaluated objects of a view layer, sorted by order."""
+def export_edits(objects, context, solo=None):
+    """The EditDescriptions of the evaluated objects of a view layer, sorted by order. `solo`: the entry whose edit acts alone."""
     empties = [item for item in objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']
     empties.sort(key=lambda item: (item.sluice.order, item.original.name_full))
     # Copies of an Empty carry the order of the original: their place in the sorted list is unique
@@ -13,6 +13,9 @@ def export_edits(objects, context):
     for item in empties:
         if item.sluice.role == 'EXIT':
             _add_exit(item, ranks, edits, context)
+    if solo is not None and solo.original.name_full in edits:
+        for name, edit in edits.items():
+            edit["enabled"] &= name == solo.original.name_full
     for edit in edits.values():
         if not edit["exits"] and edit["enabled"]:
             context.warn(edit["entry"]["name"], "this entry has no exit: the light it takes is absorbed")

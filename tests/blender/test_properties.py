@@ -6,7 +6,8 @@ import pytest
 NAMES = {
     "scene": {"passes": 'INT', "photons": 'INT', "seed": 'INT', "use_animated_seed": 'BOOLEAN', "max_depth": 'INT', "max_gates": 'INT',
               "specular_threshold": 'FLOAT', "time_limit": 'FLOAT', "error_target": 'FLOAT', "use_direct": 'BOOLEAN',
-              "use_caustics": 'BOOLEAN', "use_edited": 'BOOLEAN', "use_indirect": 'BOOLEAN', "use_edits": 'BOOLEAN'},
+              "use_caustics": 'BOOLEAN', "use_edited": 'BOOLEAN', "use_indirect": 'BOOLEAN', "use_edits": 'BOOLEAN',
+              "solo": 'POINTER'},
     "object": {"role": 'ENUM', "order": 'INT', "offset": 'FLOAT', "expression": 'STRING', "enabled": 'BOOLEAN', "repeat": 'BOOLEAN',
                "amount": 'FLOAT', "feather": 'FLOAT', "entry": 'POINTER', "intensity": 'FLOAT', "hue_shift": 'FLOAT',
                "keep_brightness": 'BOOLEAN', "intensity_texture": 'POINTER', "hue_shift_texture": 'POINTER', "normal_map": 'POINTER'},

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All edits of the scene in one list: switch on and off, alone, all at once; choose; see which took light in the last render."""
+import bpy
+from bpy.props import EnumProperty, IntProperty, StringProperty
+
+from . import operators, statistics
+from .panels import Panel
+
+
+def entries_of(scene):
+    """The entries of a scene's edits, in their order."""
+    found = (item for item in scene.objects if item.type == 'EMPTY' and item.sluice.role == 'ENTRY')
+    return sorted(found, key=lambda item: (item.sluice.order, item.name))
+
+
+def _row(manager):
+    """The list's active row is the active Empty's edit."""
+    entry = operators.entry_of(getattr(bpy.context, "object", None))
+    return -1 if entry is None else bpy.data.objects.find(entry.name)
+
+
+def _choose_row(manager, row):
+    if 0 <= row < len(bpy.data.objects):
+        item = bpy.data.objects[row]
+        if bpy.context.mode == 'OBJECT' and item.name in bpy.context.view_layer.objects:
+            operators.select_only(bpy.context, [item], item)
+
+
+class SLUICE_UL_edits(bpy.types.UIList):
+    """Rows of Blender's objects of which only the scene's entries are shown."""
+
+    def filter_items(self, context, data, name):
+        items = getattr(data, name)
+        wanted = self.filter_name.lower()
+        places = {item: place for place, item in enumerate(entries_of(context.scene)) if wanted in item.name.lower()}
+        flags = [self.bitflag_filter_item if item in places else 0 for item in items]
+        order = bpy.types.UI_UL_list.sort_items_helper([(row, places.get(item, len(items))) for row, item in enumerate(items)],
+                                                       key=lambda pair: pair[1])
+        return flags, order
+
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name, _index=0, _flag=0):
+        edit, scene = item.sluice, context.scene
+        row = layout.row(align=True)
+        row.active = acts(scene, item)
+        row.prop(edit, "enabled", text="")
+        split = row.split(factor=0.55)
+        split.prop(item, "name", text="", emboss=False)
+        split.label(text=edit.expression)
+        row.label(text="", icon=statistics.icon(statistics.of(item.name)))
+        row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
+
+
+def solo_of(scene):
+    """The entry of the edit that acts alone, or None. A deleted one is no more in the scene."""
+    item = scene.sluice.solo
+    return item if item is not None and item.sluice.role == 'ENTRY' and item.name in scene.objects else None
+
+
+def acts(scene, entry):
+    """Is this edit to act: switched on, not bypassed, and no other one alone?"""
+    return entry.sluice.enabled and scene.sluice.use_edits and solo_of(scene) in {None, entry}
+
+
+class SLUICE_OT_solo_edit(bpy.types.Operator):
+    """Let this edit act alone, or all that are enabled again"""
+
+    bl_idname = "sluice.solo_edit"
+    bl_label = "Solo"
+    bl_options = {'REGISTER', 'UNDO', 'INTERNAL'}
+
+    name: StringProperty(name="Object", description="Name of the entry")
+
+    def execute(self, context):
+        item = context.scene.objects.get(self.name)
+        if item is None:
+            return {'CANCELLED'}
+        context.scene.sluice.solo = None if solo_of(context.scene) == item else item
+        return {'FINISHED'}
+
+
+class SLUICE_OT_enable_edits(bpy.types.Operator):
+    """Switch edits on or off: those selected, or all of the scene"""
+
+    bl_idname = "sluice.enable_edits"
+    bl_label = "Enable Light Edits"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    action: EnumProperty(
+        name="Action", description="What happens to the edits", default='ENABLE',
+        items=(('ENABLE', "Enable", "They act"), ('DISABLE', "Disable", "They do nothing"), ('TOGGLE', "Toggle", "Each is switched")))
+    which: EnumProperty(
+        name="Which", description="Which edits are meant", default='ALL',
+        items=(('ALL', "All", "Every edit of the scene"), ('SELECTED', "Selected", "Edits of which an entry or exit is selected")))
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene is not None
+
+    def execute(self, context):
+        found = entries_of(context.scene)
+        if self.which == 'SELECTED':
+            selected = {operators.entry_of(item) for item in context.selected_objects}
+            found = [item for item in found if item in selected]
+        for item in found:
+            if item.library is None:
+                item.sluice.enabled = {'ENABLE': True, 'DISABLE': False, 'TOGGLE': not item.sluice.enabled}[self.action]
+        if not found:
+            self.report({'INFO'}, "No light edit is meant")
+        return {'FINISHED'} if found else {'CANCELLED'}
+
+
+class SLUICE_MT_edits(bpy.types.Menu):
+    bl_label = "Light Edits"
+
+    def draw(self, _context):
+        for which, label in (('ALL', "All"), ('SELECTED', "Selected")):
+            for action, icon in (('ENABLE', 'CHECKBOX_HLT'), ('DISABLE', 'CHECKBOX_DEHLT'), ('TOGGLE', 'ARROW_LEFTRIGHT')):
+                row = self.layout.operator("sluice.enable_edits", text=f"{action.title()} {label}", icon=icon)
+                row.action, row.which = action, which
+            self.layout.separator()
+
+
+class _ListPanel(Panel):
+    bl_label = "Light Edits"
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.sluice, "use_edits", text="")
+
+    def draw(self, context):
+        scene, layout = context.scene.sluice, self.layout
+        row = layout.row()
+        row.active = scene.use_edits
+        manager = context.window_manager
+        row.template_list("SLUICE_UL_edits", "", bpy.data, "objects", manager, "sluice_edit_row", rows=3)
+        side = row.column(align=True)
+        side.operator("sluice.add_edit", text="", icon='ADD')
+        side.menu("SLUICE_MT_edits", text="", icon='DOWNARROW_HLT')
+        alone = solo_of(context.scene)
+        if alone is not None:
+            layout.label(text=f"{alone.name} acts alone", icon='SOLO_ON')
+
+
+class SLUICE_PT_edits(_ListPanel, bpy.types.Panel):
+    bl_context = "scene"
+
+
+class SLUICE_PT_edits_sidebar(_ListPanel, bpy.types.Panel):
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'UI'
+    bl_category = "Sluice"
+    bl_order = 1
+
+
+_classes = (SLUICE_UL_edits, SLUICE_OT_solo_edit, SLUICE_OT_enable_edits, SLUICE_MT_edits, SLUICE_PT_edits, SLUICE_PT_edits_sidebar)
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+    bpy.types.WindowManager.sluice_edit_row = IntProperty(
+        name="Light Edit", description="The edit that is chosen", get=_row, set=_choose_row, options={'SKIP_SAVE'})
+
+
+def unregister():
+    del bpy.types.WindowManager.sluice_edit_row
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the last final render found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
+
+Kept by the name of the entry until the next render or file; panels, the list of edits and the overlay ask it."""
+from collections import namedtuple
+
+import bpy
+
+from . import status
+
+Found = namedtuple("Found", "matched moved capped power_in power_out crossed probed arrivals")  # powers in W per pass; arrivals: [(word, share)]
+
+_found = {}
+
+
+def remember(session):
+    """Keeps a finished session's figures. From the render's thread: one assignment, no Blender data."""
+    global _found
+    passes = max(1, session.progress()["pass"])
+    _found = {row["name"]: _read(row, passes) for row in session.statistics().get("edits", ())}
+
+
+def _read(row, passes):
+    return Found(row["matched"], row["moved"], row["capped"], row["energy_in"] / passes, row["energy_out"] / passes,
+                 row.get("crossed", 0), row.get("probed", 0), row.get("arrivals", ()))
+
+
+def of(name):
+    """What was found at the entry of this name, or None: it was not in the last render, or there was none."""
+    return _found.get(name)
+
+
+def forget(*_):
+    global _found
+    _found = {}
+
+
+def icon(found):
+    """The mark of an edit in lists."""
+    return 'BLANK1' if found is None else 'CHECKMARK' if found.matched else 'ERROR'
+
+
+def lines(found):
+    """[(sentence, icon)] for the panel."""
+    if found is None:
+        return []
+    if not found.matched:
+        return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))]
+    told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK'),
+            (f"Light in {power(found.power_in)}, out {power(found.power_out)}", 'BLANK1')]
+    if found.capped:
+        told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
+    return told
+
+
+def _nothing(found):
+    """Why an entry took no light, as far as the test paths tell."""
+    if not found.crossed:
+        return ["No light that matches crossed the entry", "No light crosses it at all: is it where the light is?"]
+    sentences = [f"No light that matches crossed the entry; {status.count(found.crossed)} test paths crossed it"]
+    sentences += [f"{100 * share:.0f} % of the light here is {word}" for word, share in found.arrivals[:3]]
+    return sentences
+
+
+def power(watts):
+    """1.23 W, 4.5 mW, 0 W."""
+    for unit, size in (("kW", 1e3), ("W", 1), ("mW", 1e-3), ("µW", 1e-6)):
+        if watts >= size:
+            return f"{watts / size:.3g} {unit}"
+    return "0 W" if watts == 0 else f"{watts:.1e} W"
+
+
+def stamp(found):
+    """One line for the header of the image's file."""
+    return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, "
+            f"crossed {found.crossed} of {found.probed} test paths")
+
+
+def stamps():
+    """{edit: line} of the last render."""
+    return {name: stamp(found) for name, found in _found.items()}
+
+
+@bpy.app.handlers.persistent
+def _redraw(*_):
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in {'PROPERTIES', 'VIEW_3D'}:
+                area.tag_redraw()
+
+
+@bpy.app.handlers.persistent
+def _file_loaded(*_):
+    forget()
+
+
+_handlers = {"render_complete": _redraw, "load_post": _file_loaded}
+
+
+def register():
+    for name, handler in _handlers.items():
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    for name, handler in _handlers.items():
+        if handler in getattr(bpy.app.handlers, name):
+            getattr(bpy.app.handlers, name).remove(handler)
+    forget()

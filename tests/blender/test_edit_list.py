@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of edits, what becomes of light, and what a render found at each edit."""
+import math
+
+import bpy
+import pytest
+
+
+@pytest.fixture
+def entries(new_object):
+    """Three entries, each with an exit."""
+    found = []
+    for name in ("First", "Second", "Third"):
+        entry, exit_ = new_object(name), new_object(f"{name} Exit")
+        entry.sluice.role, exit_.sluice.role = 'ENTRY', 'EXIT'
+        exit_.sluice.entry = entry
+        found.append(entry)
+    return found
+
+
+def _enabled(entries):
+    return [item.sluice.enabled for item in entries]
+
+
+def test_enable_all_or_selected(entries):
+    bpy.context.view_layer.objects.active = entries[0]
+    assert bpy.ops.sluice.enable_edits(action='DISABLE') == {'FINISHED'} and _enabled(entries) == [False] * 3
+    bpy.data.objects["Second Exit"].select_set(True)
+    assert bpy.ops.sluice.enable_edits(action='TOGGLE', which='SELECTED') == {'FINISHED'}
+    assert _enabled(entries) == [False, True, False]
+
+
+def test_solo_keeps_what_was_enabled(entries, export_now):
+    entries[2].sluice.enabled = False
+    bpy.ops.sluice.solo_edit(name="Second")
+    assert [edit["enabled"] for edit in export_now()[0]["edits"]] == [False, True, False]
+    assert _enabled(entries) == [True, True, False]
+    bpy.ops.sluice.solo_edit(name="Second")
+    assert [edit["enabled"] for edit in export_now()[0]["edits"]] == [True, True, False]
+    bpy.ops.sluice.solo_edit(name="Second")
+    bpy.context.scene.collection.objects.unlink(entries[1])  # deleted as Blender deletes what is still pointed at
+    assert [edit["enabled"] for edit in export_now()[0]["edits"]] == [True, False]
+
+
+def test_the_row_follows_the_selection(entries):
+    from sluice import edit_list
+    manager = bpy.context.window_manager
+    assert [item.name for item in edit_list.entries_of(bpy.context.scene)] == ["First", "Second", "Third"]
+    manager.sluice_edit_row = bpy.data.objects.find("Second")
+    assert bpy.context.object == entries[1] and entries[1].select_get()
+    bpy.context.view_layer.objects.active = bpy.data.objects["Third Exit"]
+    assert manager.sluice_edit_row == bpy.data.objects.find("Third")
+
+
+def _exits(name):
+    from sluice import operators
+    return operators.exits_of(bpy.data.objects[name])
+
+
+@pytest.mark.parametrize("action", ['MOVE', 'COPY', 'RECOLOUR', 'DIM', 'REMOVE'])
+def test_add_and_change_do_the_same(action, export_now):
+    """An edit made with an action, and an empty one to which the action is done."""
+    cursor = bpy.context.scene.cursor
+    cursor.location = (1, 2, 3)
+    bpy.ops.sluice.add_edit(expression="L", size=0.5, action=action)
+    bpy.ops.sluice.add_edit(expression="L", size=0.5, action='REMOVE')
+    assert bpy.context.object.name == "Light Edit.001"
+    if action != 'COPY':
+        bpy.ops.sluice.change_light(action=action)
+    else:
+        cursor.location = (9, 2, 3)
+        bpy.ops.sluice.change_light(action=action)
+        assert tuple(bpy.context.object.location) == (9, 2, 3)
+    counts = {'MOVE': 1, 'COPY': 2, 'RECOLOUR': 1, 'DIM': 1, 'REMOVE': 0}
+    for name in ("Light Edit", "Light Edit.001"):
+        exits = _exits(name)
+        assert len(exits) == counts[action]
+        stays = [item for item in exits if item.parent == bpy.data.objects[name]]
+        assert len(stays) == (1 if action in {'COPY', 'RECOLOUR', 'DIM'} else 0)
+        assert [item.sluice.hue_shift for item in stays] == [pytest.approx(math.radians(120) * (action == 'RECOLOUR'))] * len(stays)
+        assert [item.sluice.intensity for item in stays] == [0.5 if action == 'DIM' else 1] * len(stays)
+        bpy.data.objects[name].location.z += 1  # the exit that stays goes with its entry
+        bpy.context.view_layer.update()
+        assert all(item.matrix_world == bpy.data.objects[name].matrix_world for item in stays)
+    assert [len(edit["exits"]) for edit in export_now()[0]["edits"]] == [counts[action]] * 2
+
+
+def test_change_keeps_exits_that_are_there(entries):
+    bpy.context.view_layer.objects.active = entries[0]
+    bpy.ops.sluice.change_light(action='DIM', intensity=0.25)
+    bpy.ops.sluice.change_light(action='RECOLOUR', hue_shift=1)
+    exit_, = _exits("First")
+    assert (exit_.sluice.intensity, exit_.sluice.hue_shift) == (0.25, 1)
+    bpy.ops.sluice.change_light(action='REMOVE')
+    assert _exits("First") == [] and bpy.context.object == entries[0] and len(_exits("Second")) == 1
+
+
+class _Session:
+    """What statistics ask of a session."""
+
+    def __init__(self, **row):
+        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "energy_in": 0.0, "energy_out": 0.0, **row}
+
+    def progress(self):
+        return {"pass": 4}
+
+    def statistics(self):
+        return {"edits": [self.row]}
+
+
+def _told(**row):
+    from sluice import statistics
+    statistics.remember(_Session(**row))
+    return " / ".join(text for text, _icon in statistics.lines(statistics.of("First"))), statistics
+
+
+def test_figures_in_words():
+    told, statistics = _told(matched=12345, moved=24690, energy_in=8.0, energy_out=0.002)
+    assert told == "Took 12.3 k paths, sent on 24.7 k / Light in 2 W, out 500 µW"
+    assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
+    assert _told(matched=5, capped=2)[0].endswith("Absorbed 2 paths at Max Edits per Path")
+    assert "No light crosses it at all" in _told()[0]
+    told, statistics = _told(crossed=800, probed=4096, arrivals=[("L D'Wall'", 0.625)])
+    assert "800 test paths crossed it" in told and "62 % of the light here is L D'Wall'" in told
+    assert statistics.icon(statistics.of("First")) == 'ERROR' and statistics.of("Second") is None
+    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, crossed 800 of 4096 test paths"}
+    bpy.ops.wm.read_homefile(use_empty=True)
+    assert statistics.of("First") is None
