@@ -38,7 +38,7 @@ class SLUICE_UL_edits(bpy.types.UIList):
                                                        key=lambda pair: pair[1])
         return flags, order
 
-    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name, _index=0, _flag=0):
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
         edit, scene = item.sluice, context.scene
         row = layout.row(align=True)
         row.active = acts(scene, item)
