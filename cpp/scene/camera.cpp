@@ -89,12 +89,12 @@ std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   return V2d((to.dot(V3d(right_)) * scale - low_x_) / step_x_, (to.dot(V3d(up_)) * scale - low_y_) / step_y_);
 }
 
-// Cycles' pixel filters: Blackman-Harris over the filter's full width, or a box of one pixel. The two axes are independent. The window
+// Cycles' pixel filters: Blackman-Harris over twice Blender's Filter Size, or a box of one pixel. The two axes are independent. The window
 // is symmetric: one half is tabulated, as the distance from the edge over the fourth root of the mass up to there, which is about
 // linear where the window is nearly 0.
 PixelFilter::PixelFilter(const FrameDescription& frame) {
   if (frame.filter_box) return;
-  width_ = frame.filter_width;
+  width_ = 2 * frame.filter_width;
   constexpr std::size_t fine = 8192, steps = 512;
   std::vector<double> mass(fine + 1, 0.0);  // over [0, i / fine] of half the width, from the edge
   const auto window = [](double x) {

@@ -40,7 +40,7 @@ class Camera {
   int blades_ = 0;
 };
 
-// Offset from a pixel's centre, distributed as the filter (Blackman-Harris of the given full width, or a box).
+// Offset from a pixel's centre, distributed as the filter (Blackman-Harris, or a box).
 class PixelFilter {
  public:
   PixelFilter() = default;

@@ -99,7 +99,7 @@ struct FrameDescription {
   int width = 960, height = 540;
   float pixel_aspect_x = 1, pixel_aspect_y = 1;
   int x0 = 0, y0 = 0, x1 = 960, y1 = 540;
-  float filter_width = 1.5f;  // pixels; Blackman-Harris of that full width; <= 1 with a box when filter_box
+  float filter_width = 1.5f;  // pixels; Blackman-Harris of that half width (Blender's Filter Size); a box of one pixel when filter_box
   bool filter_box = false;
 };
 

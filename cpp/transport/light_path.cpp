@@ -137,7 +137,7 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   Photon photon;
   photon.position = V3f(vertex.hit.position);
   photon.wi = pack_direction(-path.direction);
-  photon.normal = pack_direction(vertex.point.ng);
+  photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
   photon.set_q(path.q);
   photon.arrival_and_gates = static_cast<std::uint8_t>(static_cast<unsigned>(arrival) | (static_cast<unsigned>(std::min(states_.gates(path.q), 63)) << 2));

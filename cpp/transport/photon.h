@@ -48,7 +48,7 @@ inline constexpr int arrival_count = 4;
 struct Photon {
   V3f position{0};
   std::uint32_t wi = 0;      // towards where the light came from
-  std::uint32_t normal = 0;  // geometric, on the side the light arrived at
+  std::uint32_t normal = 0;  // of shading, on the side the light arrived at
   std::uint16_t mantissa[3] = {};  // flux (W) = mantissa · 2^(exponent - 144)
   std::uint8_t exponent = 18;
   std::uint8_t state[3] = {};      // q of the path so far, an index into the pass's table of states

@@ -20,18 +20,20 @@ void for_each_event(EventMask events, Do&& act) {
 
 }  // namespace
 
-// Next-event estimation. The shadow segment runs straight through exits and is blocked by every entry that takes q of L.
-void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
-  if (!effects_.direct) return;
-  const Bsdf& bsdf = v.bsdf;
-  const V3f& wo = v.point.wo;
-  const V3f side = lit_side(bsdf);
-  const auto choice = choose_light(scene_, v.hit.position, side, pair(path, 2).x);
+// Next-event estimation at v, or at the gather segment's end y, where it stands alone. The shadow segment runs straight through exits
+// and is blocked by every entry that takes q of L.
+void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part) {
+  const bool at_v = part == Part::Direct;
+  const std::uint32_t first_pair = at_v ? 2 : 6;
+  const Bsdf& bsdf = vertex.bsdf;
+  const V3f& wo = vertex.point.wo;
+  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), pair(path, first_pair).x);
   if (!choice) return;
-  const auto sample = sample_direct(scene_, choice->light, v.hit.position, choice->u, pair(path, 3));
+  const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, pair(path, first_pair + 1));
   if (!sample || !(sample->pdf > 0)) return;
   const float pdf_light = choice->pmf * sample->pdf;
   const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
+  const bool has_rival = at_v && !sample->delta && light.casts_shadow;  // lobe sampling may find the light too
 
   // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
   struct Arrived {
@@ -40,11 +42,11 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
   };
   std::array<Arrived, 3> arrived;
   int count = 0;
-  for_each_event(bsdf.events(), [&](Event e) {
+  for_each_event(at_v ? bsdf.events() : static_cast<EventMask>(bsdf.events() & gathering), [&](Event e) {
     const Color f = eval(bsdf, wo, sample->wi, mask_of(e));
     if (is_black(f)) return;
     const EventMask group = e == Event::S ? followed : gathering;
-    const float weight = sample->delta || !light.casts_shadow ? 1 : mis(pdf_light, pdf(bsdf, wo, sample->wi, group));
+    const float weight = has_rival ? mis(pdf_light, pdf(bsdf, wo, sample->wi, group)) : 1;
     arrived[static_cast<std::size_t>(count++)] = {e, f * sample->radiance * (weight / pdf_light)};
   });
   if (count == 0) return;
@@ -52,7 +54,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
   Color visible(1);
   if (light.casts_shadow) {
     ++counts.shadow_rays;
-    visible = scene_.transmittance(ray_from(v.hit, sample->wi, sample->distance));
+    visible = scene_.transmittance(ray_from(vertex.hit, sample->wi, sample->distance));
     if (is_black(visible)) return;
   }
   StateId q = StateTable::light_start;
@@ -60,16 +62,19 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& v) {
     q = light_state(choice->light);
     if (!states_.taking(q).empty()) {
       ++counts.edit_queries;
-      if (scene_.edits().any_taken(states_, q, {v.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
+      if (scene_.edits().any_taken(states_, q, {vertex.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
     }
   }
-  for (int i = 0; i < count; ++i) {
-    const Arrived& a = arrived[static_cast<std::size_t>(i)];
-    if (joins_.is_constrained(path.joins)) {
-      const int joins = joins_.event(path.joins, scene_.edits().event_class(a.event, scene_.entity(v.hit)));
-      if (!joins_.allows(states_, q, joins)) continue;
+  for (int a = 0; a < arms.count; ++a) {
+    const Arm& arm = arms.arm[static_cast<std::size_t>(a)];
+    for (int i = 0; i < count; ++i) {
+      const Arrived& at = arrived[static_cast<std::size_t>(i)];
+      if (joins_.is_constrained(arm.joins)) {
+        const int joins = joins_.event(arm.joins, scene_.edits().event_class(at.event, scene_.entity(vertex.hit)));
+        if (!joins_.allows(states_, q, joins)) continue;
+      }
+      add(part, path, at.radiance * visible * arm.weight);
     }
-    add(Part::Direct, path, a.radiance * visible);
   }
 }
 
@@ -157,7 +162,8 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   if (!arrived) return;
   surface_emission(path, segment, far_, arms);
   if (!effects_.indirect || path.depth + 2 > settings_.max_depth) return;
-  gather_at(path, far_, arms, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
+  direct_light(path, far_, arms, Part::Indirect);
+  gather_at(path, far_, arms, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
 }
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
@@ -187,13 +193,13 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
   collect_lamps(std::numeric_limits<double>::infinity());
 }
 
-// Photon density at y: all photons with q in C, whatever their class (design §5: at y everything counts).
-void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, float radius) {
+// Photon density at y, `length` from v: all photons with q in C that came by way of some vertex.
+void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
   const auto estimate = [&](EventMask mask, int joins, const Color& weight) {
     ++counts.gathers;
     Color sum(0);
-    estimate_density(photons_->all, Receiver(y, mask), radius, [&](const Photon& photon, const Color& radiance) {
+    estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
       ++counts.photons_gathered;
       if (path.hue >= 0)

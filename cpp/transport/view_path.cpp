@@ -61,7 +61,7 @@ void ViewTracer::follow(ViewPath& path) {
     record_first(&v);
     surface_emission(path, segment_of(path), v, arm_of(path));
     if (path.depth + 1 > settings_.max_depth) return;
-    direct_light(path, v);
+    if (effects_.direct) direct_light(path, v, arm_of(path), Part::Direct);
     close_density(path, v);
     gather(path, v);
     if (!extend(path, v)) return;

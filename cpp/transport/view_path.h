@@ -89,12 +89,12 @@ class ViewTracer {
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
 
   // estimators at v (view_light.cpp)
-  void direct_light(const ViewPath& path, const Vertex& v);
+  void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part);
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, Arms& arms);
-  void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, float radius);
+  void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
   void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
   void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
@@ -108,7 +108,7 @@ class ViewTracer {
   [[nodiscard]] float close_radius(const ViewPath& path) const noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
-  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 6 * static_cast<std::uint32_t>(path.depth) + which); }
+  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 8 * static_cast<std::uint32_t>(path.depth) + which); }
 
   const Scene& scene_;
   const TransportSettings& settings_;

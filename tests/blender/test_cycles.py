@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Unedited scenes against Cycles: means of blocks of pixels agree within noise + 2 %.
 
-Both renderers make several pictures with different seeds, so the noise is measured, not guessed: four standard errors of the
-difference. The 2 % (of the block, plus a tenth of a percent of the picture) are for what differs by design: photon density near
-edges, Cycles' own approximations."""
+Both renderers make several pictures with different seeds, so the noise of each block is measured, not guessed: Welch's interval, with
+one false alarm in a thousand comparisons of a whole picture (Šidák). The 2 % (of the block, plus a tenth of a percent of the picture)
+are for what differs by design: photon density near edges, Cycles' own approximations."""
 import math
 import os
+import sys
+from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-SIDE, BLOCKS = 48, 6
+sys.path.append(str(Path(__file__).resolve().parents[1] / "python"))
+from statistics_of_renders import FALSE_ALARM, student_quantile
+
+SIDE, BLOCKS = 48, 4
 FULL = os.environ.get("SLUICE_FULL") == "1"
-SEEDS = 6 if FULL else 3
+SEEDS = 24 if FULL else 12
 
 
 def _node_material(name, build):
@@ -253,6 +258,15 @@ def by_sluice(scene, path, passes):
     return np.array(pictures)
 
 
+def noise_bound(a, b, false_alarm):
+    """What the means of two sets of independent samples (seeds first) may differ by, by chance alone (Welch)."""
+    va, vb = a.var(0, ddof=1) / len(a), b.var(0, ddof=1) / len(b)
+    freedom = (va + vb) ** 2 / (va ** 2 / (len(a) - 1) + vb ** 2 / (len(b) - 1))
+    grid = np.arange(len(a) - 1, len(a) + len(b) - 1)  # at least the smaller set's, at most both together
+    quantiles = np.array([student_quantile(false_alarm, at) for at in grid])
+    return np.interp(freedom, grid, quantiles) * np.sqrt(va + vb)
+
+
 @pytest.mark.parametrize("content", [lamps_small, lamps_large, emissive_mesh, sky, glossy, mirror_and_glass, rough_glass, textures, see_through, low_poly],
                          ids=lambda content: content.__name__)
 def test_like_cycles(content, tmp_path):
@@ -263,14 +277,15 @@ def test_like_cycles(content, tmp_path):
     world()
     stage()
     content()
-    cycles = by_cycles(scene, tmp_path / "cycles.exr", 1024 if FULL else 256)
-    ours = by_sluice(scene, tmp_path / "sluice.exr", 64 if FULL else 16)
-    difference = ours.mean(0) - cycles.mean(0)
-    noise = np.sqrt(ours.var(0, ddof=1).mean() / SEEDS + cycles.var(0, ddof=1) / SEEDS)
-    truth = cycles.mean(0)
-    allowed = 0.02 * truth + 0.001 * truth.mean() + 4 * noise
+    cycles = by_cycles(scene, tmp_path / "cycles.exr", 512 if FULL else 128)
+    ours = by_sluice(scene, tmp_path / "sluice.exr", 32 if FULL else 12)
+    truth, difference = cycles.mean(0), ours.mean(0) - cycles.mean(0)
+    noise = noise_bound(ours, cycles, FALSE_ALARM / truth.size)
+    assert np.median(noise / truth) < 0.06, f"too noisy to tell: {np.median(noise / truth):.3f}"
+    allowed = 0.02 * truth + 0.001 * truth.mean() + noise
     worst = np.unravel_index(np.argmax(np.abs(difference) - allowed), difference.shape)
     assert (np.abs(difference) <= allowed).all(), (
         f"block {worst}: ours {ours.mean(0)[worst]:.4f}, Cycles {truth[worst]:.4f}, noise {noise[worst]:.4f}; "
         f"all {ours.mean() / cycles.mean():.4f}; blocks beyond: {(np.abs(difference) > allowed).sum()} of {difference.size}")
-    assert abs(ours.mean() / cycles.mean() - 1) < 0.01 + 4 * math.sqrt(noise.var() + (noise ** 2).mean()) / truth.mean() / BLOCKS
+    means = ours.mean((1, 2, 3)), cycles.mean((1, 2, 3))
+    assert abs(means[0].mean() - means[1].mean()) <= 0.01 * truth.mean() + noise_bound(*means, FALSE_ALARM)
