@@ -79,6 +79,14 @@ def builtin_shader(gpu, name):
     raise ValueError(f"no built-in shader {name}")
 
 
+def text_size(blf, size):
+    """The size of drawn text; it lost its dots per inch in 3.6 or so, and warns or fails with them from 4.0."""
+    try:
+        blf.size(0, size)
+    except TypeError:
+        blf.size(0, round(size), 72)
+
+
 def icon(name, instead):
     """An icon's name, or another one where this Blender lacks it (LIGHTPROBE_* changed in 4.1)."""
     import bpy

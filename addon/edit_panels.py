@@ -129,8 +129,8 @@ def _draw_exit(layout, edit):
 
 
 def _draw_image(layout, edit, name, label):
-    """Choose, make or open an image; a label in line with those of numbers."""
-    layout.template_ID(edit, name, new="image.new", open="image.open", text=label)
+    """Choose or open an image; a label in line with those of numbers."""
+    layout.template_ID(edit, name, open="image.open", text=label)
 
 
 def draw_edit(layout, region, item):

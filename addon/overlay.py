@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edits drawn in the 3D view: entries blue, exits mauve (the paper's colours), arrow and link line. Hidden by the overlay switch.
+"""Edits drawn in the 3D view: entries blue, exits mauve (the paper's colours), arrow, link line and name; dimmed where they do not
+act, dashed where the last render found no light for them. Hidden by the overlay switch.
 
 Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
 from collections import namedtuple
@@ -7,11 +8,12 @@ from collections import namedtuple
 import bpy
 import numpy as np
 
-from . import compat
+from . import compat, edit_list, operators, statistics
 
-_ENTRY, _EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
+ENTRY, EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
 _TOWARDS_EYE = 0.002  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
-_handle = None
+_DASHES = 9  # along each side
+_handles = []
 
 Shape = namedtuple("Shape", "fills lines")  # lists of (points, colours), fills by triangles, lines by pairs
 
@@ -33,22 +35,36 @@ def quad_corners(item):
     return corners, centre, centre + normal * reach
 
 
-def shapes(items):
+def _looks(item, scene):
+    """(colour, strength, dashed) of an edit's Empty."""
+    entry = operators.entry_of(item)
+    alive = entry is not None and edit_list.acts(scene, entry)
+    found = statistics.of(entry.name) if alive else None
+    strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
+    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.matched
+
+
+def _dashes(points):
+    """Pairs of points, each cut into dashes."""
+    steps = np.linspace(0, 1, 2 * _DASHES)[:, None]
+    return np.concatenate([a + steps * (b - a) for a, b in points.reshape(-1, 2, 3)])
+
+
+def shapes(items, scene):
     """What to draw for the Empties of edits: (points, colours) of triangles and of lines."""
     fills, lines = [], []
     for item in items:
         edit = item.sluice
-        color = _ENTRY if edit.role == 'ENTRY' else _EXIT
-        alive = edit.enabled if edit.role == 'ENTRY' else bool(edit.entry and edit.entry.sluice.enabled)
-        strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
+        color, strength, dashed = _looks(item, scene)
         corners, centre, tip = quad_corners(item)
+        border = corners[[0, 1, 1, 2, 2, 3, 3, 0]]
         fills.append((corners[[0, 1, 2, 0, 2, 3]], (*color, 0.22 * strength)))
-        lines.append((corners[[0, 1, 1, 2, 2, 3, 3, 0]], (*color, 0.95 * strength)))
+        lines.append((_dashes(border) if dashed else border, (*color, 0.95 * strength)))
         if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
         if edit.role == 'EXIT' and edit.entry is not None:
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
-            lines.append((link, np.array(((*_ENTRY, 0.7 * strength), (*_EXIT, 0.7 * strength)))))
+            lines.append((link, np.array(((*ENTRY, 0.7 * strength), (*EXIT, 0.7 * strength)))))
     return Shape(fills, lines)
 
 
@@ -64,22 +80,42 @@ def _arrow(corners, centre, tip):
     return np.array(points)
 
 
-def _visible_edits(context):
+def visible_edits(context):
     view = context.space_data
+    if view is None or not view.overlay.show_overlays:
+        return []
     return [item for item in context.view_layer.objects
             if item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.visible_in_viewport_get(view) and item.visible_get()]
 
 
 def _draw():
     context = bpy.context
-    view = context.space_data
-    if view is None or not view.overlay.show_overlays:
-        return
-    items = _visible_edits(context)
+    items = visible_edits(context)
     if items:
         # In a rendered view the light below must be seen, not the tint
-        tint = 0.2 if view.shading.type == 'RENDERED' else 1.0
-        _draw_shapes(shapes(items), context.region, context.region_data, tint)
+        tint = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
+        _draw_shapes(shapes(items, context.scene), context.region, context.region_data, tint)
+
+
+def _draw_names():
+    """The name of each edit at its highest corner, in a pale form of its colour."""
+    import blf
+    from bpy_extras.view3d_utils import location_3d_to_region_2d
+    context = bpy.context
+    size = 11 * context.preferences.system.ui_scale
+    for item in visible_edits(context):
+        color, strength, _dashed = _looks(item, context.scene)
+        corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
+        if None in corners:
+            continue
+        place = max(corners, key=lambda corner: corner.y)
+        compat.text_size(blf, size)
+        blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))
+        blf.enable(0, blf.SHADOW)
+        blf.shadow(0, 3, 0, 0, 0, 0.8)
+        blf.position(0, place.x + 4, place.y + 4, 0)
+        blf.draw(0, item.name)
+        blf.disable(0, blf.SHADOW)
 
 
 def _draw_shapes(found, region, region_3d, tint):
@@ -122,13 +158,11 @@ def _nearer(points, region_3d):
 
 
 def register():
-    global _handle
     if not bpy.app.background:
-        _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), 'WINDOW', 'POST_VIEW')
+        for draw, kind in ((_draw, 'POST_VIEW'), (_draw_names, 'POST_PIXEL')):
+            _handles.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', kind))
 
 
 def unregister():
-    global _handle
-    if _handle is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle, 'WINDOW')
-        _handle = None
+    while _handles:
+        bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), 'WINDOW')

@@ -126,3 +126,18 @@ def test_figures_in_words():
     assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, crossed 800 of 4096 test paths"}
     bpy.ops.wm.read_homefile(use_empty=True)
     assert statistics.of("First") is None
+
+
+def test_drawn_dashed_where_no_light_was_found_and_dim_where_it_does_not_act(entries):
+    from sluice import overlay
+    statistics = _told(crossed=3)[1]
+    scene = bpy.context.scene
+    fills, lines = overlay.shapes(entries, scene)
+    assert [len(points) for points, _color in fills] == [6, 6, 6]
+    borders = [points for points, _color in lines if len(points) != 10]  # ten: an arrow
+    assert [len(points) for points in borders] == [4 * 2 * overlay._DASHES, 8, 8]  # the first one alone was rendered
+    assert (borders[0].min(axis=0) == borders[1].min(axis=0)).all() and (borders[0].max(axis=0) == borders[1].max(axis=0)).all()
+    scene.sluice.solo = entries[1]
+    strengths = [color[3] for _points, color in overlay.shapes(entries, scene).fills]
+    assert strengths[0] == strengths[2] < 0.5 * strengths[1]
+    statistics.forget()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The add-on in a real window under Xvfb: panels, overlay, undo, rendered mode, F12. Keeps the pictures in out/test/gui."""
+"""The add-on in a real window under Xvfb: panels, overlay, gizmos, undo, rendered mode, F12. Keeps the pictures in out/test/gui."""
 import os
 import shutil
 import subprocess
@@ -12,6 +12,7 @@ from conftest import HERE, ROOT
 
 OUT = Path(os.environ.get("SLUICE_TEST_OUT", ROOT / "out" / "test")) / "gui"
 NEEDED = ("xvfb-run", "import", "xdotool")
+needs_window = pytest.mark.skipif(not all(map(shutil.which, NEEDED)), reason=f"needs {', '.join(NEEDED)}")
 
 
 def _pixels(name):
@@ -26,16 +27,32 @@ def _difference(a, b):
     return float((np.abs(_pixels(a) - _pixels(b)).max(axis=2) > 0.05).mean())
 
 
-@pytest.mark.skipif(not all(map(shutil.which, NEEDED)), reason=f"needs {', '.join(NEEDED)}")
-def test_a_session_in_a_window():
-    environment = dict(os.environ, SLUICE_CORE=str(HERE / "fakes"), SLUICE_TURNS="20" if os.environ.get("SLUICE_FULL") else "4")
-    shutil.rmtree(OUT, ignore_errors=True)
-    command = ["xvfb-run", "-a", "-s", "-screen 0 1200x800x24", bpy.app.binary_path, "--factory-startup", "-Y", "--addons", "sluice",
-               "-p", "0", "0", "1200", "800", "--python", str(HERE / "gui" / "smoke.py"), "--", str(OUT)]
+def _in_a_window(script, core, *more, turns="4"):
+    """Runs one of gui/*.py in a Blender under Xvfb; its pictures go to OUT."""
+    environment = dict(os.environ, SLUICE_CORE=str(core), SLUICE_TURNS=turns)
+    command = ["xvfb-run", "-a", "-s", "-screen 0 1200x800x24", bpy.app.binary_path, "--factory-startup", "-Y", *more, "--addons", "sluice",
+               "-p", "0", "0", "1200", "800", "--python", str(HERE / "gui" / script), "--", str(OUT)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     said = done.stdout + done.stderr
     assert done.returncode == 0 and "gui: done" in said, said[-4000:]
     assert "addons/sluice" not in said and "WARN (bpy.rna)" not in said, said[-4000:]  # no traceback passes through us
+
+
+@needs_window
+def test_an_artists_hands():
+    """Menu, expressions, gizmos, undo, list and figures, with the real core; gui/edits.py asks most of it."""
+    from sluice import core
+    _in_a_window("edits.py", os.environ.get("SLUICE_CORE") or core.folders()[-1], "--enable-event-simulate")
+    assert _difference("words", "words_error") > 0.001
+    assert _difference("gizmos_exit", "gizmo_size") > 0.002
+    mauve = _pixels("gizmos_exit") - _pixels("gizmos_off")
+    assert (np.abs(mauve).max(axis=2) > 0.1).mean() > 0.002  # handles that the switch hides
+    assert _difference("figures", "no_match") > 0.002
+
+
+@needs_window
+def test_a_session_in_a_window():
+    _in_a_window("smoke.py", HERE / "fakes", turns="20" if os.environ.get("SLUICE_FULL") else "4")
     blue = _pixels("overlay") - _pixels("overlays_off")
     assert ((blue[..., 2] > 0.1) & (blue[..., 2] > blue[..., 0] + 0.1)).mean() > 0.002  # the tinted entry
     assert _difference("entry_panel", "expression_error") > 0.001

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles in the 3D view: corners for the size of the active quad, an arrow for an exit's intensity, a dial for its hue shift; and the
+border of every quad, to pick it by.
+
+Values go through handlers that ask for the active object each time: a property bound in setup() crashes Blender after undo. Blender
+makes no undo step of what handlers change, so the end of a drag is noticed and makes one."""
+import math
+
+import bpy
+from mathutils import Matrix, Vector
+
+from . import overlay
+
+_ARROW = 0.7  # of the smaller half side: how far the arrow's head is out at intensity 1
+_before = None  # the values that are dragged, as they were
+
+
+def _active():
+    """The Empty of an edit that is active and may be changed, or None."""
+    item = bpy.context.object
+    editable = item is not None and item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.library is None
+    return item if editable and item.select_get() else None
+
+
+def _frame(item):
+    """The quad's centre and its unit axes."""
+    matrix = item.matrix_world
+    x, y = matrix.col[0].xyz, matrix.col[1].xyz
+    x.normalize()
+    z = x.cross(y).normalized()
+    z *= math.copysign(1, z.dot(matrix.col[2].xyz))
+    return Matrix((x, z.cross(x), z)).transposed().to_4x4(), matrix.translation
+
+
+def _sides(item):
+    """Lengths of the quad's sides."""
+    return [2 * item.empty_display_size * item.matrix_world.col[axis].xyz.length for axis in (0, 1)]
+
+
+def _reach(item):
+    return _ARROW * max(1e-6, min(_sides(item))) / 2
+
+
+def _values(item):
+    return (*item.scale, item.sluice.intensity, item.sluice.hue_shift)
+
+
+def _begin(item):
+    global _before
+    if _before is None:
+        _before = _values(item)
+
+
+def _end():
+    """A timer, once a drag is over: its step of undo, unless it was cancelled or led nowhere."""
+    global _before
+    item = _active()
+    if item is not None and _before is not None and _values(item) != _before:
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            bpy.ops.ed.undo_push(message="Drag Light Edit")
+    _before = None
+
+
+def _get_size():
+    item = _active()
+    width, height = _sides(item) if item else (1, 1)
+    matrix = Matrix.Diagonal((width, height, 1, 1))
+    return [matrix[row][column] for column in range(4) for row in range(4)]
+
+
+def _set_size(values):
+    item = _active()
+    if item is None:
+        return
+    _begin(item)
+    for axis, length in enumerate(_sides(item)):
+        wanted = Vector(values[4 * axis:4 * axis + 3]).length
+        if length > 0 and wanted > 1e-6:
+            item.scale[axis] *= wanted / length
+
+
+# An arrow's length tells intensity by its logarithm: 0 is 0, 1 is one reach, 100 is seven
+def _get_intensity():
+    item = _active()
+    return _reach(item) * math.log2(1 + item.sluice.intensity) if item else 0.0
+
+
+def _set_intensity(value):
+    item = _active()
+    if item is not None:
+        _begin(item)
+        item.sluice.intensity = 2 ** min(14.0, max(0.0, value / _reach(item))) - 1
+
+
+def _get_hue():
+    item = _active()
+    return item.sluice.hue_shift if item else 0.0
+
+
+def _set_hue(value):
+    item = _active()
+    if item is not None:
+        _begin(item)
+        item.sluice.hue_shift = math.remainder(value, 2 * math.pi)
+
+
+class _Group:
+    bl_space_type = 'VIEW_3D'
+    bl_region_type = 'WINDOW'
+
+    @classmethod
+    def poll(cls, context):
+        view = context.space_data
+        return context.engine == 'SLUICE' and context.mode == 'OBJECT' and view.overlay.show_overlays and cls.wanted(context)
+
+
+class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
+    """Handles of the active entry or exit"""
+
+    bl_label = "Light Edit"
+    bl_options = {'3D', 'PERSISTENT', 'SHOW_MODAL_ALL'}
+
+    @classmethod
+    def wanted(cls, _context):
+        return _active() is not None
+
+    def setup(self, _context):
+        self.size = self._handle("GIZMO_GT_cage_2d", "matrix", _get_size, _set_size)
+        self.size.transform = {'SCALE'}
+        self.intensity = self._handle("GIZMO_GT_arrow_3d", "offset", _get_intensity, _set_intensity)
+        self.intensity.draw_style = 'BOX'
+        self.intensity.draw_options = {'STEM'}
+        self.intensity.length = 0
+        self.hue = self._handle("GIZMO_GT_dial_3d", "offset", _get_hue, _set_hue)
+        self.hue.draw_options = {'ANGLE_VALUE', 'ANGLE_START_Y'}
+        self.hue.scale_basis = 0.6
+
+    def _handle(self, kind, target, getter, setter):
+        gizmo = self.gizmos.new(kind)
+        gizmo.target_set_handler(target, get=getter, set=setter)
+        gizmo.use_draw_modal = True
+        gizmo.use_event_handle_all = False
+        gizmo.line_width = 2
+        gizmo.alpha, gizmo.alpha_highlight = 0.8, 1.0
+        gizmo.color_highlight = (1.0, 1.0, 1.0)
+        return gizmo
+
+    def draw_prepare(self, _context):
+        item = _active()
+        if _before is not None and not any(gizmo.is_modal for gizmo in self.gizmos) and not bpy.app.timers.is_registered(_end):
+            bpy.app.timers.register(_end)
+        if item is None:
+            return
+        axes, centre = _frame(item)
+        is_exit = item.sluice.role == 'EXIT'
+        for gizmo in (self.size, self.intensity, self.hue):
+            gizmo.matrix_basis = Matrix.Translation(centre) @ axes
+            gizmo.color = overlay.EXIT if is_exit else overlay.ENTRY
+        self.intensity.hide = self.hue.hide = not is_exit
+
+
+class SLUICE_GT_border(bpy.types.Gizmo):
+    """The border of a quad: a click selects its Empty."""
+
+    def draw(self, _context):
+        if self.is_highlight:
+            self.draw_custom_shape(self.shape)
+
+    def draw_select(self, _context, select_id):
+        self.draw_custom_shape(self.shape, select_id=select_id)
+
+    def setup(self):
+        corners = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
+        self.shape = self.new_custom_shape('LINES', [corners[k % 4] for side in range(4) for k in (side, side + 1)])
+
+
+class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
+    """Quads can be picked by their borders"""
+
+    bl_label = "Light Edits"
+    bl_options = {'3D', 'PERSISTENT', 'SELECT'}
+
+    @classmethod
+    def wanted(cls, context):
+        return any(item.type == 'EMPTY' and item.sluice.role != 'NONE' for item in context.view_layer.objects)
+
+    def setup(self, context):
+        self.refresh(context)
+
+    @staticmethod
+    def _items(context):
+        """The quads that are seen, but for the one that has handles."""
+        return [item for item in overlay.visible_edits(context) if item != _active()]
+
+    def refresh(self, context):
+        """One border per quad; those left over wait, hidden."""
+        items = self._items(context)
+        while len(self.gizmos) < len(items):
+            gizmo = self.gizmos.new("SLUICE_GT_border")
+            gizmo.use_draw_scale = False
+            gizmo.line_width = 2
+            gizmo.color_highlight, gizmo.alpha_highlight = (1.0, 1.0, 1.0), 0.9
+        for number, gizmo in enumerate(self.gizmos):
+            gizmo.hide = number >= len(items)
+            if not gizmo.hide:
+                gizmo.target_set_operator("sluice.select_one").name = items[number].name
+                gizmo.matrix_basis = items[number].matrix_world @ Matrix.Scale(items[number].empty_display_size, 4)
+
+    def draw_prepare(self, context):
+        for gizmo, item in zip(self.gizmos, self._items(context)):
+            gizmo.matrix_basis = item.matrix_world @ Matrix.Scale(item.empty_display_size, 4)
+
+
+_classes = (SLUICE_GT_border, SLUICE_GGT_borders, SLUICE_GGT_edit)
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    if bpy.app.timers.is_registered(_end):
+        bpy.app.timers.unregister(_end)
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)

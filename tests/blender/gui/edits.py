@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An artist's hands, with the real core and simulated mouse and keys: an edit from the menu, gizmos dragged, undo, expressions in words
+and with errors, presets, the list of edits, figures after a render."""
+import os
+import sys
+from pathlib import Path
+
+import bpy
+from mathutils import Vector
+
+sys.path.insert(0, str(Path(__file__).parent))
+from session import area, build_scene, edits, in_view, main, show
+
+
+def window():
+    return bpy.context.window_manager.windows[0]
+
+
+def press(kind, value='PRESS', at=(0, 0), **more):
+    window().event_simulate(type=kind, value=value, x=int(at[0]), y=int(at[1]), **more)
+
+
+def click(at, kind='LEFTMOUSE'):
+    press('MOUSEMOVE', 'NOTHING', at)
+    press(kind, 'PRESS', at)
+    press(kind, 'RELEASE', at)
+
+
+def drag(start, end):
+    """As a hand does it, a little at a time: Blender must draw between the moves."""
+    press('MOUSEMOVE', 'NOTHING', start)
+    yield None, 0.3
+    press('MOUSEMOVE', 'NOTHING', start)
+    press('LEFTMOUSE', 'PRESS', start)
+    yield None, 0.1
+    for step in range(1, 6):
+        press('MOUSEMOVE', 'NOTHING', [a + (b - a) * step / 5 for a, b in zip(start, end)])
+        yield None, 0.05
+    press('LEFTMOUSE', 'RELEASE', end)
+    yield None, 0.2
+    press('MOUSEMOVE', 'NOTHING', (5, 5))  # nothing stays highlighted
+    yield None, 0.1
+
+
+def on_screen(place):
+    """Where a point of the scene is in the window."""
+    from bpy_extras.view3d_utils import location_3d_to_region_2d
+    view = area('VIEW_3D')
+    region = next(item for item in view.regions if item.type == 'WINDOW')
+    there = location_3d_to_region_2d(region, view.spaces.active.region_3d, place)
+    return region.x + there.x, region.y + there.y
+
+
+def undo():
+    press('Z', ctrl=True, at=on_screen((0, 0, 0)))
+    press('Z', 'RELEASE', ctrl=True, at=on_screen((0, 0, 0)))
+
+
+def steps():
+    build_scene()
+    with in_view():
+        bpy.ops.ed.undo_push(message="scene")
+    yield None
+    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo list").split():  # some alone, while one works on them
+        yield from globals()[f"{name}_steps"]()
+
+
+def menu_steps():
+    """Shift+A, and an edit by it."""
+    middle = on_screen((0, 0, 0))
+    press('MOUSEMOVE', 'NOTHING', middle)
+    press('A', shift=True, at=middle)
+    press('A', 'RELEASE', shift=True, at=middle)
+    yield "add_menu", 0.5
+    press('ESC', at=middle)
+    press('ESC', 'RELEASE', at=middle)
+    yield None, 0.3
+    bpy.ops.wm.call_menu(name="SLUICE_MT_add_edit")
+    yield "light_edit_menu", 0.5
+    press('ESC', at=middle)
+    press('ESC', 'RELEASE', at=middle)
+    yield None, 0.3
+    bpy.ops.wm.call_menu(name="SLUICE_MT_dim_light")
+    yield "dim_menu", 0.5
+    press('RET', at=middle)
+    press('RET', 'RELEASE', at=middle)
+    yield None, 0.5
+    yield "added", 0.3
+    added = bpy.context.object  # the menu's first line: a caustic, dimmed where it is
+    assert len(edits()) == 4 and added.sluice.intensity == 0.5 and added.sluice.entry.sluice.expression == "LS+"
+    undo()
+    yield None, 0.5
+    assert len(edits()) == 2
+
+
+def expression_steps():
+    entry = bpy.data.objects["Light Edit"]
+    bpy.ops.sluice.select_one(name=entry.name)
+    show('DATA')
+    for name, text in (("words", "LS+"), ("words_error", "LS'Egg'+("), ("words_unknown", "L.*D'Redwall'")):
+        entry.sluice.expression = text
+        yield name
+    view = bpy.context.preferences.view
+    view.language, view.use_translate_interface = 'fr_FR', True
+    yield "words_french"
+    view.language = 'en_US'
+    entry.sluice.expression = "LS'Egg'+"
+    yield None
+    bpy.data.objects["Egg"].name = "Glass egg"
+    yield "renamed"
+    assert entry.sluice.expression == "LS'Glass egg'+"
+    bpy.ops.wm.call_panel(name="SLUICE_PT_expressions")
+    yield "presets", 0.6
+    press('ESC', at=(700, 300))
+    press('ESC', 'RELEASE', at=(700, 300))
+    yield None, 0.3
+
+
+def gizmo_steps():
+    """Each drag changes one number and is one step of undo."""
+    exit_ = bpy.data.objects["Light Edit Exit"]
+    bpy.ops.sluice.select_one(name=exit_.name)
+    bpy.context.scene["mark"] = 1
+    bpy.ops.ed.undo_push(message="exit")
+    yield "gizmos_exit", 0.5
+    before = exit_.scale.copy()
+    matrix, s = exit_.matrix_world, exit_.empty_display_size
+    yield from drag(on_screen(matrix @ point(s, s)), on_screen(matrix @ point(1.4 * s, 1.4 * s)))
+    yield "gizmo_size"
+    exit_ = bpy.data.objects["Light Edit Exit"]
+    assert exit_.scale.x > 1.15 * before.x and exit_.scale.y > 1.15 * before.y
+    undo()
+    yield None, 0.5
+    exit_ = bpy.data.objects["Light Edit Exit"]
+    assert (exit_.scale - before).length < 1e-6 and len(edits()) == 2
+    assert bpy.context.scene["mark"] == 1  # no step further back
+    head = head_of(exit_)
+    yield from drag(on_screen(head), on_screen(head + 0.6 * (head - exit_.matrix_world.translation)))
+    yield "gizmo_intensity"
+    exit_ = bpy.data.objects["Light Edit Exit"]
+    assert 1.2 < exit_.sluice.intensity < 4
+    undo()
+    yield None, 0.5
+    assert bpy.data.objects["Light Edit Exit"].sluice.intensity == 1 and bpy.context.scene["mark"] == 1
+    area('VIEW_3D').spaces.active.show_gizmo = False
+    yield "gizmos_off"
+    area('VIEW_3D').spaces.active.show_gizmo = True
+    entry = bpy.data.objects["Light Edit"]
+    border = entry.matrix_world @ point(1, 0.5)
+    yield from drag(on_screen(border), on_screen(border))
+    yield "picked"
+    assert bpy.context.view_layer.objects.active == bpy.data.objects["Light Edit"]
+
+
+def point(x, y):
+    """Of a quad's plane, in the Empty's own space."""
+    return Vector((x, y, 0))
+
+
+def head_of(exit_):
+    """Where the arrow's head is at intensity 1."""
+    from sluice import gizmos
+    axes, centre = gizmos._frame(exit_)
+    return centre + axes.col[2].xyz * gizmos._get_intensity()
+
+
+def list_steps():
+    """A render tells each edit's figures; one of the edits finds no light."""
+    scene = bpy.context.scene
+    scene.cursor.location = (-2, -2, 0)
+    bpy.ops.sluice.add_edit(expression="LS'Wall'S'Wall'", size=0.5)
+    bpy.context.object.location.z = 1
+    bpy.data.objects["Light Edit"].sluice.expression = "L"
+    bpy.ops.object.camera_add(location=(7, -7, 5), rotation=(1.1, 0, 0.8))
+    scene.camera = bpy.context.object
+    scene.render.resolution_x, scene.render.resolution_y = 96, 54
+    scene.sluice.passes, scene.sluice.photons = 8, 20000
+    bpy.ops.render.render()
+    bpy.ops.sluice.select_one(name="Light Edit")
+    show('DATA')
+    yield "figures", 0.5
+    bpy.ops.sluice.select_one(name="Light Edit.001")
+    yield "no_match", 0.5
+    show('SCENE')
+    area('VIEW_3D').spaces.active.show_region_ui = True
+    bpy.ops.sluice.solo_edit(name="Light Edit.001")
+    yield "list", 0.5
+
+
+main(steps)
