@@ -16,17 +16,18 @@ class Checked:
         self.side, self.told, self.warnings, self.column, self.error = side, told, warnings, column, error
 
 
-@functools.lru_cache(maxsize=64)
-def check(text, names, language):
-    """Kept, since panels are drawn many times a second."""
+@functools.lru_cache(maxsize=256)
+def check(text, names, language, is_layer=False):
+    """Of an edit or of a layer. Kept, since panels are drawn many times a second."""
     try:
-        found = core.load().check_expression(text, list(names))
+        module = core.load()
+        found = (module.check_layer_expression if is_layer else module.check_expression)(text, list(names))
         told = words.tell(core.load().parse(text), language)
     except ValueError as error:
         return Checked(column=getattr(error, "column", None), error=str(error))
     except core.CoreMissing as missing:
         return Checked(error=str(missing))
-    return Checked(found["side"], told[0].upper() + told[1:], tuple(found["warnings"]))
+    return Checked(found.get("side"), told[0].upper() + told[1:], tuple(found["warnings"]))
 
 
 def known_names():
@@ -49,11 +50,16 @@ def _near(text, column):
 
 
 def _draw_expression(layout, region, edit):
-    found = check(edit.expression, known_names(), _language())
     header = layout.row(align=True)
     header.label(text="Expression")
     header.operator("sluice.insert_name", text="", icon='ADD')
     header.popover("SLUICE_PT_expressions", text="", icon='PRESET')
+    draw_checked(layout, region, edit)
+
+
+def draw_checked(layout, region, edit, is_layer=False):
+    """The field `expression` of an edit or of a layer, and what is to be said of it."""
+    found = check(edit.expression, known_names(), _language(), is_layer)
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
     row.alert = found.error is not None
@@ -64,7 +70,7 @@ def _draw_expression(layout, region, edit):
         where = "" if found.column is None else f"Column {found.column}, {_near(edit.expression, found.column)}: "
         sentence(alert, region, where + found.error, 'ERROR')
         return
-    sentence(layout, region, found.told, 'LIGHT' if found.side == 'light' else 'HIDE_OFF')
+    sentence(layout, region, found.told, {'light': 'LIGHT', 'view': 'HIDE_OFF'}.get(found.side, 'RENDERLAYERS'))
     for warning in found.warnings:
         sentence(layout, region, warning, 'INFO')
 

@@ -37,6 +37,7 @@ class Job:
     description: dict = None
     settings: dict = None
     warnings: list = field(default_factory=list)
+    passes: tuple = passes.PASSES
     failure: Failure = None
     cancelled: bool = False
 
@@ -68,6 +69,8 @@ def _copy_scene(engine, data, depsgraph, job):
     if engine.is_preview:
         job.settings = for_preview(job.settings)
     job.description = export.export_scene(depsgraph, camera, frame, context)
+    job.description["layers"] = passes.export_layers(depsgraph.view_layer_eval)
+    job.passes = passes.all_passes(job.description["layers"])
 
 
 def render(engine):
@@ -89,12 +92,13 @@ def render(engine):
 
 
 def _run(engine, job, session):
-    passes.add_passes(engine, job.layer)
+    passes.add_passes(engine, job.layer, job.passes)
     result = passes.begin(engine, job.layer)
     _trust_size(job.description["frame"], result)
     session.start(job.description, job.settings)
     job.description = None  # the core has its own copy now
-    stream = status.Stream(engine, result, enabled=not status.in_background())
+    names = [item.name for item in job.passes]
+    stream = status.Stream(engine, result, names, enabled=not status.in_background())
     log = status.ProgressLog()
     stopped = False
     while not session.wait(POLL):
@@ -109,7 +113,7 @@ def _run(engine, job, session):
     if progress["state"] == 'failed':
         raise core_failure(progress)
     _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once
-    images = session.snapshot([item.name for item in passes.PASSES])
+    images = session.snapshot(names)
     if images is None:
         if stopped:
             return  # Esc before the first image: Blender keeps what it showed and writes nothing

@@ -26,17 +26,48 @@ PASSES = (
     Pass("Emission", "RGB", 'COLOR'),
     Pass("Noise", "X", 'VALUE'),
 )
+_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # the compositor has two of its own
+_LONGEST = 40  # bytes of a layer's name: a channel of a file has room for 64, the view layer's name among them
+
+
+def clean_name(name, taken=()):
+    """A name that the compositor and a file can hold: it can be read, has no dot (files split their channels' names there), is not
+    too long, and no other pass has it."""
+    name = " ".join("".join(letter if letter.isprintable() and letter != "." else " " for letter in name).split())
+    base = _cut(name, _LONGEST) or "Layer"
+    unique, number = base, 1
+    while unique in _TAKEN or unique in taken:
+        number += 1
+        unique = f"{_cut(base, _LONGEST - 4)} {number}"
+    return unique
+
+
+def _cut(text, size):
+    return text.encode()[:size].decode(errors="ignore").strip()
+
+
+def export_layers(view_layer):
+    """The LayerDescriptions of a view layer. Scripts may leave names empty or give one twice: each gets its own."""
+    found = []
+    for layer in view_layer.sluice.layers:
+        found.append({"name": clean_name(layer.name, [item["name"] for item in found]), "expression": layer.expression})
+    return found
+
+
+def all_passes(layers):
+    """Ours, and one for each of the LayerDescriptions."""
+    return PASSES + tuple(Pass(layer["name"], "RGB", 'COLOR') for layer in layers)
 
 
 def register_passes(engine, scene, view_layer):
     """Gives the compositor its sockets."""
-    for item in PASSES:
+    for item in all_passes(export_layers(view_layer)):
         engine.register_pass(scene, view_layer, item.name, len(item.channels), item.channels, item.kind)
 
 
-def add_passes(engine, layer):
+def add_passes(engine, layer, passes):
     """Gives the render result its buffers; Combined is always there."""
-    for item in PASSES[1:]:
+    for item in passes[1:]:
         engine.add_pass(item.name, len(item.channels), item.channels, layer=layer)
 
 

@@ -8,7 +8,8 @@ import bpy
 from bpy.props import (
     BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty,
 )
-from . import renaming
+
+from . import passes, renaming
 
 OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
 
@@ -152,12 +153,26 @@ class SluiceScene(bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_tag_owner)
 
 
+def _layer_renamed(self, _context):
+    """Passes need names of their own: this one makes way for the others. Then the compositor learns of it."""
+    for view_layer in self.id_data.view_layers:
+        layers = list(view_layer.sluice.layers)
+        if self not in layers:
+            continue
+        name = passes.clean_name(self.name, [item.name for item in layers if item != self])
+        if name != self.name:
+            self.name = name  # comes back here
+        else:
+            view_layer.update_render_passes()
+
+
 class SluiceLayer(bpy.types.PropertyGroup):
     """A render pass that holds the light whose whole path matches an expression."""
 
-    name: StringProperty(name="Name", description="Name of the render pass", override=OVERRIDABLE, update=_tag_owner)
+    name: StringProperty(name="Name", description="Name of the render pass", override=OVERRIDABLE, update=_layer_renamed)
     expression: StringProperty(
-        name="Expression", description="Over the whole path of the light, from L to E", default="L.*E", maxlen=1024,
+        name="Expression", description="Which light this pass shows, by its whole path from L to E. LDE: direct light on matte "
+        "things; L.*F'Edit'.*E: what an edit moved; L'Key'.*E: all light of one lamp", default="L.*E", maxlen=1024,
         override=OVERRIDABLE, update=_expression_changed)
 
 
@@ -167,6 +182,8 @@ class SluiceViewLayer(bpy.types.PropertyGroup):
     layers: CollectionProperty(
         name="Light Layers", description="Render passes chosen by an expression", type=SluiceLayer,
         override={'LIBRARY_OVERRIDABLE', 'USE_INSERTION'})
+    active_layer: IntProperty(
+        name="Active Light Layer", description="The light layer that the panel shows", default=0, min=0, max=62, override=OVERRIDABLE)
 
 
 _classes = (SluiceObject, SluiceScene, SluiceLayer, SluiceViewLayer)

@@ -65,8 +65,8 @@ class Stream:
     first, each time later by twice as much, to 16 s, since Blender prints a line each time), images so that copying them takes
     less than a thirtieth of the time."""
 
-    def __init__(self, engine, result, enabled):
-        self._engine, self._result, self._enabled = engine, result, enabled
+    def __init__(self, engine, result, names, enabled):
+        self._engine, self._result, self._names, self._enabled = engine, result, names, enabled
         self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
         self._next_image, self._shown_pass = 0.0, 0
 
@@ -96,7 +96,7 @@ class Stream:
             engine.update_progress(progress["pass"] / progress["passes"])
 
     def _show_image(self, session):
-        images = session.snapshot([item.name for item in passes.PASSES])
+        images = session.snapshot(self._names)
         if images is not None:
             passes.write(self._result, images)
             self._engine.update_result(self._result)

@@ -246,6 +246,11 @@ SceneDescription read_description(const py::dict& scene) {
   r.list("materials", s.materials, read_material);
   r.list("images", s.images, read_image);
   r.list("edits", s.edits, read_edit);
+  r.list("layers", s.layers, [](Reader& layer) {
+    LayerDescription l;
+    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"), layer.value("expression", l.expression);
+    return l;
+  });
   r.part("world", [&](Reader& world) { world.value("name", s.world.name), world.value("material", s.world.material), world.value("resolution", s.world.resolution); });
   r.part("camera", [&](Reader& camera) { read_camera(camera, s.camera); });
   r.part("frame", [&](Reader& frame) { read_frame(frame, s.frame); });

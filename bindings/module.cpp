@@ -66,7 +66,7 @@ py::dict statistics_of(const Session& session) {
   const Statistics s = session.statistics();
   const Counts& c = s.counts;
   py::dict d, seconds, dropped, ledger;
-  py::list effects, edits;
+  py::list effects, edits, layers;
   seconds["compile"] = s.seconds[0], seconds["guide"] = s.seconds[1], seconds["photons"] = s.seconds[2], seconds["view"] = s.seconds[3];
   for (const auto& reason : s.reasons) effects.append(py::make_tuple(reason.effect, reason.runs, reason.why));
   for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
@@ -75,12 +75,17 @@ py::dict statistics_of(const Session& session) {
     edit["energy_in"] = c.edits[e].energy_in, edit["energy_out"] = c.edits[e].energy_out;
     edits.append(edit);
   }
+  for (const LayerShare& l : s.layers) {
+    py::dict layer;
+    layer["name"] = l.name, layer["expression"] = l.expression, layer["share"] = l.share;
+    layers.append(layer);
+  }
   dropped["non_finite"] = c.non_finite, dropped["adjoint_clamped"] = c.adjoint_clamped, dropped["depth_capped"] = c.depth_capped;
   dropped["gates_capped"] = c.gates_capped, dropped["split_capped"] = c.split_capped, dropped["grazing_dropped"] = c.grazing_dropped;
   ledger["emitted"] = c.ledger.emitted, ledger["added"] = c.ledger.added, ledger["sampling"] = c.ledger.sampling;
   ledger["absorbed"] = c.ledger.absorbed, ledger["escaped"] = c.ledger.escaped, ledger["removed"] = c.ledger.removed;
   ledger["capped"] = c.ledger.capped, ledger["clamped"] = c.ledger.clamped, ledger["worst_residual"] = s.worst_ledger_residual;
-  d["report"] = describe(s), d["seconds"] = seconds, d["effects"] = effects, d["edits"] = edits, d["dropped"] = dropped, d["ledger"] = ledger;
+  d["report"] = describe(s), d["seconds"] = seconds, d["effects"] = effects, d["edits"] = edits, d["layers"] = layers, d["dropped"] = dropped, d["ledger"] = ledger;
   d["rays"] = c.rays + c.shadow_rays, d["photon_paths"] = c.photon_paths, d["photons_stored"] = c.photons_stored;
   d["view_paths"] = c.view_paths, d["gathers"] = c.gathers, d["photons_gathered"] = c.photons_gathered, d["edit_queries"] = c.edit_queries;
   d["bytes_per_photon"] = s.bytes_per_photon, d["triangles"] = s.triangles, d["threads"] = s.threads, d["guide_hash"] = hex(s.guide_hash);
@@ -113,9 +118,8 @@ py::object snapshot_of(const Session& session, const std::vector<std::string>& n
   return pictures;
 }
 
-py::dict check_expression(const std::string& text, const std::vector<std::string>& names) {
-  const Side side = check_edit_expression(text);
-  const Expression expression = parse_expression(text);
+// What an expression says of names that nothing bears.
+py::list unknown_names(const Expression& expression, const std::vector<std::string>& names) {
   const Rule rule{.name = {}, .expression = &expression};
   std::vector<Entity> entities;
   for (const std::string& name : names) entities.push_back({{name}});
@@ -123,8 +127,19 @@ py::dict check_expression(const std::string& text, const std::vector<std::string
   warn_unknown_names(std::span(&rule, 1), entities, entities, warnings);  // objects, lights, collections and entries alike
   py::list messages;
   for (const Warning& warning : warnings) messages.append(warning.message);
+  return messages;
+}
+
+py::dict check_expression(const std::string& text, const std::vector<std::string>& names) {
+  const Side side = check_edit_expression(text);
   py::dict d;
-  d["side"] = side == Side::Light ? "light" : "view", d["warnings"] = messages;
+  d["side"] = side == Side::Light ? "light" : "view", d["warnings"] = unknown_names(parse_expression(text), names);
+  return d;
+}
+
+py::dict check_layer_expression(const std::string& text, const std::vector<std::string>& names) {
+  py::dict d;
+  d["warnings"] = unknown_names(parse_layer_expression(text), names);
   return d;
 }
 
@@ -180,6 +195,7 @@ PYBIND11_MODULE(sluice_core, m) {
         }, py::arg("expression"), py::arg("events"), py::arg("words"), "Rows of `words` are numbers of `events`, ended early by 255; 0 or 1 per row.");
   m.def("check_expression", &check_expression, py::arg("text"), py::arg("names"), "{'side', 'warnings'} of an edit's expression; ExpressionError if it has none.");
 
+  m.def("check_layer_expression", &check_layer_expression, py::arg("text"), py::arg("names"), "{'warnings'} of a layer's expression; ExpressionError if it has none.");
   m.def("parse", [](const std::string& text) {
           const Expression expression = parse_expression(text);
           return tree_of(expression, expression.root);

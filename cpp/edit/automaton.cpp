@@ -54,12 +54,13 @@ std::vector<Dfa> share(std::vector<Dfa> dfas) {
 Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) {
   ClassedRules classed = classify(rules, entities, gates);
   Automata automata;
-  for (const bool backward : {false, true}) {
+  for (std::vector<Dfa>* group : {&automata.forward, &automata.backward, &automata.layers}) {
+    const bool backward = group == &automata.backward, layers = group == &automata.layers;
     std::map<std::vector<std::uint64_t>, std::uint16_t> known;
     std::vector<std::vector<std::uint16_t>> users;  // [distinct expression] -> rules
     std::vector<Dfa> dfas;
     for (std::size_t r = 0; r < rules.size(); ++r) {
-      if (rules[r].reversed != backward) continue;
+      if (rules[r].reversed != backward || rules[r].is_layer != layers) continue;
       Positions positions = make_positions(*rules[r].expression);
       if (backward) positions = reversed(positions);
       const auto [it, is_new] = known.emplace(key_of(positions, classed.meaning[r]), static_cast<std::uint16_t>(users.size()));
@@ -82,7 +83,7 @@ Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> e
         std::sort(all.begin(), all.end());
         accepting = std::move(all);
       }
-    (backward ? automata.backward : automata.forward) = std::move(dfas);
+    *group = std::move(dfas);
   }
   automata.alphabet = std::move(classed.alphabet);
   return automata;

@@ -62,12 +62,13 @@ struct Rule {
   const Expression* expression = nullptr;
   int own_gate = -1;              // an edit that acts once: its own F cannot occur before it acts, so it need not be told apart
   bool reversed = false;          // view edits are read from E backward
+  bool is_layer = false;          // layers are read from L to E, by automata of their own
 };
 
 // F at edit g is an event at gates[g].
 struct Automata {
   Alphabet alphabet;
-  std::vector<Dfa> forward, backward;  // for rules that are read from L, and reversed ones; accepting lists hold indices of rules
+  std::vector<Dfa> forward, backward, layers;  // for light edits, view edits and layers; accepting lists hold indices of rules
 };
 
 // Throws ExpressionError naming the rule that does not fit into max_dfa_states alone.

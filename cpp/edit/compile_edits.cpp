@@ -10,6 +10,8 @@ namespace sluice {
 
 namespace {
 
+constexpr std::size_t max_edits = 65'000;  // rules, of layers too, are numbered with 16 bits
+
 double largest_coordinate(const Box& box, const V3d& from) noexcept {
   if (box.isEmpty()) return 0;
   const V3d low = box.min - from, high = box.max - from;
@@ -70,9 +72,11 @@ class EditsBuilder {
   EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images, const EditSpace& space, Warnings& warnings)
       : descriptions_(descriptions), images_(images), space_(space), warnings_(warnings) {}
 
-  Edits build(std::span<const Entity> entities, int max_gates) {
+  Edits build(std::span<const Entity> entities, int max_gates, std::span<const LayerDescription> layers) {
     edits_.max_gates_ = max_gates;
+    edits_.layers_.assign(layers.begin(), layers.end());
     read_edits();
+    read_layers();
     place();
     compile_expressions(entities);
     index_quads();
@@ -92,11 +96,18 @@ class EditsBuilder {
         for (const std::string& name : refused) warnings_.push_back({name, "this quad has no area or its transform is not finite; its edit '" + d.entry.name + "' is off"});
         continue;
       }
-      if (edits_.edits_.size() == std::numeric_limits<std::uint16_t>::max()) throw SceneError(d.entry.name, "a scene has at most 65,535 edits; remove some");
+      if (edits_.edits_.size() == max_edits) throw SceneError(d.entry.name, "a scene has at most 65,000 edits; remove some");
       expressions_.push_back(std::move(expression));
       edits_.edits_.push_back(read_edit(i, side, extent));
     }
   }
+
+  void read_layers() {
+    if (edits_.layers_.size() > max_light_layers)
+      throw SceneError(said(edits_.layers_[max_light_layers]), "a view layer has at most " + std::to_string(max_light_layers) + " light layers; remove some");
+    for (const LayerDescription& layer : edits_.layers_) layer_expressions_.push_back(parse_layer_expression(layer.expression, said(layer)));
+  }
+  static std::string said(const LayerDescription& layer) { return "layer '" + layer.name + "'"; }
 
   Edit read_edit(std::size_t i, Side side, double extent) {
     const EditDescription& d = descriptions_[i];
@@ -191,6 +202,8 @@ class EditsBuilder {
       rules.push_back({e.name, &expressions_[i], e.repeat ? -1 : static_cast<int>(i), e.side == Side::View});
       gates.push_back(entity_of(descriptions_[e.description]));
     }
+    for (std::size_t i = 0; i < layer_expressions_.size(); ++i)
+      rules.push_back({.name = said(edits_.layers_[i]), .expression = &layer_expressions_[i], .is_layer = true});
     for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));  // one that is off still exists by name
     warn_unknown_names(rules, entities, known, warnings_);
     edits_.automata_ = compile_automata(rules, entities, gates);
@@ -226,13 +239,14 @@ class EditsBuilder {
   const EditSpace& space_;
   Warnings& warnings_;
   std::vector<Expression> expressions_;  // [edit]
+  std::vector<Expression> layer_expressions_;
   std::map<std::size_t, int> image_numbers_;
   Edits edits_;
 };
 
 Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images, const EditSpace& space,
-                    int max_gates, Warnings& warnings) {
-  return EditsBuilder(descriptions, images, space, warnings).build(entities, max_gates);
+                    int max_gates, Warnings& warnings, std::span<const LayerDescription> layers) {
+  return EditsBuilder(descriptions, images, space, warnings).build(entities, max_gates, layers);
 }
 
 }  // namespace sluice

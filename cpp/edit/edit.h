@@ -40,4 +40,9 @@ struct EditDescription {
   std::vector<std::string> collections;  // of the entry: F'Collection' matches all edits in it
 };
 
+// A picture of the light whose whole path, L to E, matches an expression (paper Fig. 2). A render pass under its name.
+struct LayerDescription {
+  std::string name, expression;
+};
+
 }  // namespace sluice

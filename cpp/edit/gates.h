@@ -82,6 +82,8 @@ class Edits {
   [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
   [[nodiscard]] const Automata& automata() const noexcept { return automata_; }
 
+  [[nodiscard]] std::span<const LayerDescription> layers() const noexcept { return layers_; }
+
   // An edit's entry (exit < 0) or exit.
   [[nodiscard]] const Quad& quad(int edit, int exit) const noexcept;
 
@@ -120,6 +122,7 @@ class Edits {
   [[nodiscard]] std::optional<QuadFrame> turn(const Exit& exit, const V2d& uv) const noexcept;
 
   std::vector<Edit> edits_;
+  std::vector<LayerDescription> layers_;
   int light_ = 0, view_ = 0;
   int max_gates_ = 0;
   double delta_ = 0;
@@ -130,8 +133,8 @@ class Edits {
   QuadSet entries_[2], quads_[2];            // [side]: entries; entries and exits
 };
 
-// Throws ExpressionError; degenerate quads and unknown names become warnings.
+// Layers share the edits' alphabet and are read along with them. Throws ExpressionError; degenerate quads and unknown names become warnings.
 [[nodiscard]] Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images,
-                                  const EditSpace& space, int max_gates, Warnings& warnings);
+                                  const EditSpace& space, int max_gates, Warnings& warnings, std::span<const LayerDescription> layers = {});
 
 }  // namespace sluice

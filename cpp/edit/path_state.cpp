@@ -23,14 +23,16 @@ std::uint64_t hash_of(std::span<const std::uint32_t> content) noexcept {
   return h;
 }
 
-const std::vector<Dfa>& automata_of(const Edits& edits, std::uint32_t side) noexcept {
-  return side == static_cast<std::uint32_t>(Side::Light) ? edits.automata().forward : edits.automata().backward;
-}
-
 }  // namespace
 
 StateTable::StateTable(const Edits& edits, StateId limit)
-    : edits_(&edits), classes_(static_cast<std::size_t>(edits.automata().alphabet.size())), max_gates_(edits.max_gates()), begin_{0} {
+    : edits_(&edits), classes_(static_cast<std::size_t>(edits.automata().alphabet.size())), max_gates_(edits.max_gates()), layers_at_(edits.automata().forward.size()), begin_{0} {
+  const auto add = [](std::vector<const Dfa*>& to, const std::vector<Dfa>& dfas) {
+    for (const Dfa& dfa : dfas) to.push_back(&dfa);
+  };
+  add(automata_[static_cast<std::size_t>(Side::Light)], edits.automata().forward);
+  add(automata_[static_cast<std::size_t>(Side::Light)], edits.automata().layers);
+  add(automata_[static_cast<std::size_t>(Side::View)], edits.automata().backward);
   limit_ = std::min({limit, max_states, static_cast<StateId>(std::max<std::size_t>(most_transitions / classes_, 4096))});
   lists_.push_back(std::make_shared<TakingList>());
   list_numbers_.emplace(std::vector<std::uint16_t>{}, 0u);
@@ -39,9 +41,13 @@ StateTable::StateTable(const Edits& edits, StateId limit)
   std::fill(next_.begin(), next_.end(), dead);
   for (const Side side : {Side::Light, Side::View}) {
     std::vector<std::uint32_t> start{static_cast<std::uint32_t>(side), 0};
-    start.resize(states_word + automata_of(edits, start[side_word]).size(), 0);
+    start.resize(states_word + automata_of(start[side_word]).size(), 0);
     (void)intern(start);
   }
+}
+
+std::span<const Dfa* const> StateTable::automata_of(std::uint32_t side) const noexcept {
+  return side == no_side ? std::span<const Dfa* const>() : automata_[side];
 }
 
 std::span<const std::uint32_t> StateTable::content(StateId state) const noexcept {
@@ -50,8 +56,7 @@ std::span<const std::uint32_t> StateTable::content(StateId state) const noexcept
 
 bool StateTable::used(StateId state, int edit) const noexcept {
   const auto all = content(state);
-  if (all[side_word] == no_side) return false;
-  const auto edits = all.subspan(states_word + automata_of(*edits_, all[side_word]).size());
+  const auto edits = all.subspan(states_word + automata_of(all[side_word]).size());
   return std::binary_search(edits.begin(), edits.end(), static_cast<std::uint32_t>(edit));
 }
 
@@ -66,10 +71,10 @@ StateId StateTable::advance(StateId state, EventClass event, int edit) noexcept 
   try {
     const auto from = content(state);
     scratch_.assign(from.begin(), from.end());
-    const std::vector<Dfa>& automata = automata_of(*edits_, scratch_[side_word]);
+    const auto automata = automata_of(scratch_[side_word]);
     for (std::size_t i = 0; i < automata.size(); ++i) {
       std::uint32_t& s = scratch_[states_word + i];
-      s = automata[i].step(static_cast<std::uint16_t>(s), event);
+      s = automata[i]->step(static_cast<std::uint16_t>(s), event);
     }
     if (edit >= 0) {
       ++scratch_[gates_word];
@@ -134,6 +139,10 @@ StateId StateTable::append(std::span<const std::uint32_t> content, std::uint64_t
   words_.insert(words_.end(), copy.begin(), copy.end());
   begin_.resize(n + 1);
   begin_.push_back(words_.size());
+  if (!edits_->automata().layers.empty()) {
+    images_.resize(n + 1);
+    images_[n] = images_for(copy);
+  }
   list_.push_back(list);
   std::size_t slot = hash & (index_.size() - 1);
   while (index_[slot] != unknown) slot = (slot + 1) & (index_.size() - 1);
@@ -153,12 +162,12 @@ void StateTable::grow_index() {
 
 // Edits whose expression accepts in this content and that are not used up, by order.
 std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
-  if (content[side_word] == no_side) return 0;
-  const std::vector<Dfa>& automata = automata_of(*edits_, content[side_word]);
+  const auto automata = automata_of(content[side_word]);
   const auto used = content.subspan(states_word + automata.size());
+  const std::size_t of_edits = content[side_word] == static_cast<std::uint32_t>(Side::Light) ? layers_at_ : automata.size();
   TakingList list;
-  for (std::size_t i = 0; i < automata.size(); ++i)
-    for (const std::uint16_t edit : automata[i].accepts(static_cast<std::uint16_t>(content[states_word + i])))
+  for (std::size_t i = 0; i < of_edits; ++i)
+    for (const std::uint16_t edit : automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i])))
       if (!std::binary_search(used.begin(), used.end(), static_cast<std::uint32_t>(edit))) list.edits.push_back(edit);
   std::sort(list.edits.begin(), list.edits.end(), [&](std::uint16_t a, std::uint16_t b) {
     const int x = (*edits_)[a].order, y = (*edits_)[b].order;
@@ -177,6 +186,16 @@ std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
   lists_.push_back(std::make_shared<const TakingList>(std::move(list)));
   list_numbers_.emplace(std::move(edits), number);
   return number;
+}
+
+// The layers' rules come behind those of the edits.
+ImageSet StateTable::images_for(std::span<const std::uint32_t> content) const noexcept {
+  ImageSet images = picture;
+  if (content[side_word] != static_cast<std::uint32_t>(Side::Light)) return images;
+  const auto automata = automata_of(content[side_word]);
+  for (std::size_t i = layers_at_; i < automata.size(); ++i)
+    for (const std::uint16_t rule : automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i]))) images |= picture << (rule - edits_->size() + 1);
+  return images;
 }
 
 }  // namespace sluice

@@ -20,6 +20,11 @@ class Edits;
 
 using StateId = std::uint32_t;  // 24 bits in a photon
 
+// The images that a whole path is part of: bit 0 is the picture itself, which every path belongs to, bit i + 1 is layer i.
+using ImageSet = std::uint64_t;
+inline constexpr ImageSet picture = 1, all_images = ~ImageSet{0};
+inline constexpr int max_light_layers = 63;
+
 // Edits that would take a path in some state.
 struct TakingList {
   std::vector<std::uint16_t> edits;     // by `order`
@@ -56,6 +61,9 @@ class StateTable {
   [[nodiscard]] bool at_cap(StateId state) const noexcept { return gates_[state] >= max_gates_; }  // an entry that would take it absorbs it
   [[nodiscard]] bool used(StateId state, int edit) const noexcept;
 
+  // The images of a whole path, by its state behind E.
+  [[nodiscard]] ImageSet images(StateId state) const noexcept { return images_.empty() ? picture : images_[state]; }
+
   // Content: side, gates, automaton states, then used edits in ascending order. Equal in all tables of one Edits; orders states
   // the same way in every thread (lexicographically). The span lives until the next state is interned.
   [[nodiscard]] std::span<const std::uint32_t> content(StateId state) const noexcept;
@@ -72,15 +80,20 @@ class StateTable {
   [[nodiscard]] StateId advance(StateId state, EventClass event, int edit) noexcept;
   StateId append(std::span<const std::uint32_t> content, std::uint64_t hash);
   std::uint32_t list_for(std::span<const std::uint32_t> content);
+  [[nodiscard]] std::span<const Dfa* const> automata_of(std::uint32_t side) const noexcept;
+  [[nodiscard]] ImageSet images_for(std::span<const std::uint32_t> content) const noexcept;
   void grow_index();
 
   const Edits* edits_;
   StateId limit_;
   std::size_t classes_;
   int max_gates_;
+  std::vector<const Dfa*> automata_[2];      // [side]: of its edits, then, for light, of the layers
+  std::size_t layers_at_;                    // where those begin
   std::vector<StateId> next_;                // [state * classes_ + class]
   std::vector<std::uint16_t> gates_;         // [state]
   std::vector<std::uint32_t> list_;          // [state] -> lists_
+  std::vector<ImageSet> images_;             // [state]; empty: there are no layers
   std::vector<std::uint64_t> hash_;          // [state]
   std::vector<std::size_t> begin_;           // [state] -> words_, one more at the end
   std::vector<std::uint32_t> words_, scratch_;

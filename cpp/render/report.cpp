@@ -33,6 +33,8 @@ std::string describe(const Statistics& s) {
     text += format("edit %s: took %llu paths, sent on %llu, capped %llu, energy out / in %.4g\n", s.edit_names[e].c_str(), static_cast<unsigned long long>(edit.matched),
                    static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped), edit.energy_in > 0 ? edit.energy_out / edit.energy_in : 0.0);
   }
+  for (const LayerShare& layer : s.layers)
+    text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu splits; grazing exits: %llu\n",
                  static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),
                  static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));

@@ -19,6 +19,18 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
+// Names of the layers, which are the names of their passes.
+std::vector<std::string> layer_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const LayerDescription& layer : scene.edits().layers()) {
+    if (layer.name.empty()) throw SceneError("layer", "a layer has no name; give it one");
+    if (Film::is_fixed(layer.name)) throw SceneError("layer '" + layer.name + "'", "a render pass has this name already; choose another one");
+    if (std::ranges::find(names, layer.name) != names.end()) throw SceneError("layer '" + layer.name + "'", "two layers have this name; rename one of them");
+    names.push_back(layer.name);
+  }
+  return names;
+}
+
 }  // namespace
 
 Session::~Session() { cancel(); }
@@ -40,7 +52,8 @@ void Session::start(SceneDescription description, RenderSettings settings) {
     progress_.passes = settings_.passes;
     begin_ = Clock::now();
   }
-  if (!settings_.use_edits) description.edits.clear();
+  if (!settings_.use_edits)
+    for (EditDescription& edit : description.edits) edit.enabled = false;  // layers may name them all the same
   try {
     task_ = BackgroundTask([this, scene = std::move(description)]() mutable { run(std::move(scene)); });
   } catch (const std::system_error& error) {
@@ -121,13 +134,15 @@ void Session::render_scene(const Scene& scene) {
     stop = should_stop(seconds_since(pass_begin));
   }
   close_film_block();
+  measure_layers(scene);
   finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
 }
 
 void Session::start_rendering(const Scene& scene, const Effects& effects) {
+  auto film = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0, layer_names(scene));
   {
     const std::lock_guard lock(film_lock_);
-    film_ = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0);
+    film_ = std::move(film);
   }
   const std::lock_guard lock(lock_);
   statistics_.seconds[static_cast<std::size_t>(Phase::Compile)] = seconds_since(begin_);
@@ -142,6 +157,15 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
 void Session::close_film_block() {
   const std::lock_guard lock(film_lock_);
   film_->close_block();
+}
+
+void Session::measure_layers(const Scene& scene) {
+  std::vector<LayerShare> layers;
+  const double whole = film_->mean_luminance("Combined");
+  for (const LayerDescription& layer : scene.edits().layers())
+    layers.push_back({layer.name, layer.expression, whole > 0 ? film_->mean_luminance(layer.name) / whole : 0});
+  const std::lock_guard lock(lock_);
+  statistics_.layers = std::move(layers);
 }
 
 void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds) {
@@ -211,11 +235,11 @@ Statistics Session::statistics() const {
 }
 
 std::vector<Session::Picture> Session::pictures(const std::vector<std::string>& names) const {
-  if (std::ranges::any_of(names, [](const std::string& name) { return Film::channels(name) == 0; })) return {};
   const std::lock_guard lock(film_lock_);
   if (!film_ || !film_->has_samples()) return {};
+  if (std::ranges::any_of(names, [this](const std::string& name) { return film_->channels(name) == 0; })) return {};
   std::vector<Picture> found;
-  for (const std::string& name : names) found.push_back({film_->width(), film_->height(), Film::channels(name), film_->image(name)});
+  for (const std::string& name : names) found.push_back({film_->width(), film_->height(), film_->channels(name), film_->image(name)});
   return found;
 }
 

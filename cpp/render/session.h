@@ -43,6 +43,11 @@ struct Progress {
   std::optional<Failure> failure;
 };
 
+struct LayerShare {
+  std::string name, expression;
+  double share = 0;  // of the picture's luminance
+};
+
 enum class Phase : std::uint8_t { Compile, Guide, Photons, View };
 inline constexpr int phase_count = 4;
 
@@ -51,6 +56,7 @@ struct Statistics {
   std::array<double, phase_count> seconds{};
   std::vector<Effects::Reason> reasons;
   std::vector<std::string> edit_names;  // of counts.edits
+  std::vector<LayerShare> layers;
   std::uint64_t guide_hash = 0;
   double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
   double bytes_per_photon = 0;       // of the maps, all included
@@ -88,6 +94,7 @@ class Session {
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
+  void measure_layers(const Scene& scene);
   void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);

@@ -79,7 +79,7 @@ std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& war
   parts->lights_by_power = Distribution(powers);
   const Bounds& bounds = parts->geometry_bounds;
   const Box box = bounds.empty() ? Box() : Box(bounds.low + parts->centre, bounds.high + parts->centre);
-  parts->edits = compile_edits(source.edits, parts->entities, source.images, {parts->centre, box}, source.max_gates, warnings);
+  parts->edits = compile_edits(source.edits, parts->entities, source.images, {parts->centre, box}, source.max_gates, warnings, source.layers);
   parts->camera = Camera(source.camera, source.frame, parts->centre);
   parts->pixel_filter = PixelFilter(source.frame);
   warn_of_oddities(*parts, warnings);

@@ -110,6 +110,7 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<Image> images;
   std::vector<EditDescription> edits;
+  std::vector<LayerDescription> layers;
   WorldDescription world;
   CameraDescription camera;
   FrameDescription frame;

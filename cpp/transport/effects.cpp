@@ -45,6 +45,7 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
          !seen ? dark : "max_depth leaves room for one bounce only");
   effects.light_edits = scene.edits().has(Side::Light);
   effects.view_edits = scene.edits().has(Side::View);
+  effects.layers = !scene.edits().layers().empty();
 
   if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);
   if (effects.edited) effects.close_arrivals |= bit(Arrival::Edited);

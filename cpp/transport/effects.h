@@ -13,6 +13,7 @@ namespace sluice {
 struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
   bool light_edits = false, view_edits = false;
+  bool layers = false;           // images of whole paths beside the picture
   unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads
   unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
 

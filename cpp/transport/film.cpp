@@ -10,32 +10,45 @@
 namespace sluice {
 namespace {
 
-struct Plane {
-  const char* name;
-  int channels;
-};
-constexpr Plane planes[] = {{"Combined", 4}, {"Depth", 1},  {"Normal", 3},   {"Albedo", 3},   {"Direct", 3},
-                            {"Caustics", 3}, {"Edited", 3}, {"Indirect", 3}, {"Emission", 3}, {"Noise", 1}};
-
 int total(const std::array<int, stream_count>& passes) noexcept { return std::accumulate(passes.begin(), passes.end(), 0); }
 
 }  // namespace
 
-Film::Film(int width, int height)
-    : width_(width), height_(height), sums_(static_cast<std::size_t>(width) * height * stride, 0.0), block_(sums_.size(), 0.0), tile_passes_(tile_count()) {}
+Film::Film(int width, int height, std::vector<std::string> layers)
+    : width_(width), height_(height), planes_(fixed_planes()), layer_count_(static_cast<int>(layers.size())), stride_(layers_at + 3 * layer_count_),
+      sums_(static_cast<std::size_t>(width) * height * stride_, 0.0), block_(sums_.size(), 0.0), tile_passes_(tile_count()) {
+  for (int i = 0; i < layer_count_; ++i) planes_.push_back({std::move(layers[i]), 3, layers_at + 3 * i});
+}
+
+// Combined and Noise are made of several sums.
+const std::vector<Film::Plane>& Film::fixed_planes() {
+  static const std::vector<Plane> planes{{"Combined", 4, combined_at},     {"Depth", 1, depth_at},         {"Normal", 3, normal_at},
+                                         {"Albedo", 3, albedo_at},         {"Direct", 3, parts_at},        {"Caustics", 3, parts_at + 3},
+                                         {"Edited", 3, parts_at + 6},      {"Indirect", 3, parts_at + 9},  {"Emission", 3, parts_at + 12},
+                                         {"Noise", 1, combined_at}};
+  return planes;
+}
+
+const Film::Plane* Film::find(const std::string& name) const noexcept {
+  const auto it = std::ranges::find(planes_, name, &Plane::name);
+  return it == planes_.end() ? nullptr : &*it;
+}
+
+bool Film::is_fixed(const std::string& name) noexcept { return std::ranges::find(fixed_planes(), name, &Plane::name) != fixed_planes().end(); }
 
 Film::Box Film::box(int tile_index) const noexcept {
   const int x = tile_index % tiles_x() * tile, y = tile_index / tiles_x() * tile;
   return {x, y, std::min(x + tile, width_), std::min(y + tile, height_)};
 }
 
-void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples) {
+void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples, std::span<const Color> layers) {
   const Box b = box(tile_index);
   const int stream = pass % stream_count;
   auto sample = samples.begin();
+  auto layer = layers.begin();
   for (int y = b.y0; y < b.y1; ++y)
     for (int x = b.x0; x < b.x1; ++x, ++sample) {
-      double* p = &block_[(static_cast<std::size_t>(y) * width_ + x) * stride];
+      double* p = &block_[(static_cast<std::size_t>(y) * width_ + x) * stride_];
       const auto add = [p](int at, const V3f& c) { p[at] += c.x, p[at + 1] += c.y, p[at + 2] += c.z; };
       add(combined_at + 3 * stream, sample->combined());
       for (int i = 0; i < part_count; ++i) add(parts_at + 3 * i, sample->parts[i]);
@@ -43,6 +56,7 @@ void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& sa
       add(albedo_at, sample->albedo);
       p[alpha_at] += sample->alpha;
       p[depth_at] += sample->depth;
+      for (int i = 0; i < layer_count_; ++i) add(layers_at + 3 * i, *layer++);
     }
   ++tile_passes_[tile_index][stream];
 }
@@ -52,10 +66,9 @@ void Film::close_block() {
   std::ranges::fill(block_, 0.0);
 }
 
-int Film::channels(const std::string& name) noexcept {
-  for (const Plane& plane : planes)
-    if (name == plane.name) return plane.channels;
-  return 0;
+int Film::channels(const std::string& name) const noexcept {
+  const Plane* plane = find(name);
+  return plane ? plane->channels : 0;
 }
 
 Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept {
@@ -79,8 +92,7 @@ std::vector<float> Film::image(const std::string& name) const {
   const int n = channels(name);
   std::vector<float> out(static_cast<std::size_t>(width_) * height_ * n);
   if (n == 0) return out;
-  const int at = name == "Depth" ? depth_at : name == "Normal" ? normal_at : name == "Albedo" ? albedo_at : parts_at;
-  const auto part = std::ranges::find_if(planes, [&](const Plane& p) { return name == p.name; }) - planes - 4;
+  const int at = find(name)->at;
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       const auto& passes = tile_passes_[tile_of(x, y)];
@@ -98,11 +110,18 @@ std::vector<float> Film::image(const std::string& name) const {
         const float mean = luminance(Color(e.mean));
         to[0] = mean > 0 ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean) : 0;
       } else {
-        const int first = at + (part >= 0 && part < part_count ? 3 * static_cast<int>(part) : 0);
-        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, first + i) / count);
+        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, at + i) / count);
       }
     }
   return out;
+}
+
+double Film::mean_luminance(const std::string& name) const {
+  const std::vector<float> pixels = image(name);
+  const auto n = static_cast<std::size_t>(channels(name));
+  double mean = 0;
+  for (std::size_t i = 0; n >= 3 && i + 2 < pixels.size(); i += n) mean += luminance(V3d(pixels[i], pixels[i + 1], pixels[i + 2]));
+  return mean / std::max(1, width_ * height_);
 }
 
 double Film::relative_error() const noexcept {

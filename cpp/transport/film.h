@@ -5,6 +5,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ class Film {
  public:
   static constexpr int tile = 32;
 
-  Film(int width, int height);
+  // Layers come behind the fixed passes, under names of their own.
+  Film(int width, int height, std::vector<std::string> layers = {});
 
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] int height() const noexcept { return height_; }
@@ -46,15 +48,17 @@ class Film {
   };
   [[nodiscard]] Box box(int tile_index) const noexcept;
 
-  // Adds one pass's samples of a tile, row by row. Passes of a block must come in order; tiles in any.
-  void add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples);
+  // Adds one pass's samples of a tile, row by row; `layers` holds one colour per layer for each. Passes of a block must come in order; tiles in any.
+  void add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples, std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // A pass by its public name ("Combined", "Depth", …, "Noise"): float, `channels(name)` per pixel, row 0 at the bottom. Each tile is
+  // A pass by its public name ("Combined", "Depth", …, "Noise", a layer's): float, `channels(name)` per pixel, row 0 at the bottom. Each tile is
   // divided by its own number of passes, so an unfinished pass may be looked at. Unknown names give an empty vector.
-  [[nodiscard]] static int channels(const std::string& name) noexcept;
+  [[nodiscard]] int channels(const std::string& name) const noexcept;
+  [[nodiscard]] static bool is_fixed(const std::string& name) noexcept;  // a pass of its own, that no layer may be called
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
+  [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
   // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0: fewer than 4 passes, or black.
   [[nodiscard]] double relative_error() const noexcept;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
@@ -63,18 +67,27 @@ class Film {
   [[nodiscard]] std::size_t bytes() const noexcept { return 2 * sums_.size() * sizeof(double); }
 
  private:
-  // Doubles per pixel: 4 streams of Combined, the parts, alpha, depth, normal, albedo.
+  // Doubles per pixel: 4 streams of Combined, the parts, alpha, depth, normal, albedo, layers.
   static constexpr int combined_at = 0, parts_at = 12, alpha_at = parts_at + 3 * part_count, depth_at = alpha_at + 1,
-                       normal_at = depth_at + 1, albedo_at = normal_at + 3, stride = albedo_at + 3;
+                       normal_at = depth_at + 1, albedo_at = normal_at + 3, layers_at = albedo_at + 3;
+
+  struct Plane {
+    std::string name;
+    int channels, at;
+  };
+  [[nodiscard]] static const std::vector<Plane>& fixed_planes();
+  [[nodiscard]] const Plane* find(const std::string& name) const noexcept;
 
   struct Estimate {
     V3d mean, variance;  // of the mean; in double, as squares of bright lights overflow floats
   };
   [[nodiscard]] int tile_of(int x, int y) const noexcept { return (y / tile) * tiles_x() + x / tile; }
-  [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride + at] + block_[pixel * stride + at]; }
+  [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride_ + at] + block_[pixel * stride_ + at]; }
   [[nodiscard]] Estimate estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept;
 
   int width_, height_;
+  std::vector<Plane> planes_;
+  int layer_count_, stride_;
   std::vector<double> sums_, block_;                          // of the closed blocks; of the open one
   std::vector<std::array<int, stream_count>> tile_passes_;
 };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // C of design §3, "one idea carries all of path selection": which light states a view path may be joined to. A view path keeps what
 // happened to it as a list from its far end towards the eye; q is in C iff running q forward along that list meets no contradiction.
-// So C is never built, and a path that met no gate allows every q at once.
+// So C is never built, and a path that met no gate allows every q at once. Layers ask what q is then: at the eye the word is whole.
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "edit/gates.h"
@@ -11,7 +12,8 @@ namespace sluice {
 
 class Joins {
  public:
-  static constexpr int all = -1;  // C at the eye: every q
+  static constexpr int all = -1;   // C at the eye: every q
+  static constexpr int none = -2;  // no list at all
 
   void clear() noexcept { steps_.clear(); }
   [[nodiscard]] int event(int towards_eye, EventClass event) { return add({towards_eye, Kind::Event, event, is_constrained(towards_eye)}); }
@@ -33,26 +35,28 @@ class Joins {
   }
 
   // Is q, the state of light that arrives at the list's far end, in C?
-  [[nodiscard]] bool allows(StateTable& states, StateId q, int step) const noexcept {
-    if (!is_constrained(step)) return true;
+  [[nodiscard]] bool allows(StateTable& states, StateId q, int step) const noexcept { return !is_constrained(step) || arrive(states, q, step); }
+
+  // What q is at the eye; empty if it is not in C.
+  [[nodiscard]] std::optional<StateId> arrive(StateTable& states, StateId q, int step) const noexcept {
     for (; step >= 0; step = steps_[static_cast<std::size_t>(step)].towards_eye) {
       const Step& s = steps_[static_cast<std::size_t>(step)];
       switch (s.kind) {
         case Kind::Event: q = states.next(q, s.id); break;
         case Kind::Passed:
-          if (states.takes(q, s.id)) return false;
+          if (states.takes(q, s.id)) return {};
           break;
         case Kind::Gate:
-          if (!states.takes(q, s.id) || states.at_cap(q)) return false;
+          if (!states.takes(q, s.id) || states.at_cap(q)) return {};
           q = states.through(q, s.id);
           break;
         case Kind::ViewGate:
-          if (states.at_cap(q)) return false;
+          if (states.at_cap(q)) return {};
           q = states.through(q, s.id);
           break;
       }
     }
-    return true;
+    return q;
   }
 
  private:

@@ -58,7 +58,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
     if (is_black(visible)) return;
   }
   StateId q = StateTable::light_start;
-  if (effects_.light_edits) {
+  if (asks_words()) {
     q = light_state(choice->light);
     if (!states_.taking(q).empty()) {
       ++counts.edit_queries;
@@ -69,24 +69,43 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
     const Arm& arm = arms.arm[static_cast<std::size_t>(a)];
     for (int i = 0; i < count; ++i) {
       const Arrived& at = arrived[static_cast<std::size_t>(i)];
-      if (joins_.is_constrained(arm.joins)) {
-        const int joins = joins_.event(arm.joins, scene_.edits().event_class(at.event, scene_.entity(vertex.hit)));
-        if (!joins_.allows(states_, q, joins)) continue;
-      }
-      add(part, path, at.radiance * visible * arm.weight);
+      const ImageSet images = arm.images & (asks_state(arm.joins) ? join(q, event_at(arm.joins, vertex, at.event)) : picture);
+      if (images) add(part, path, at.radiance * visible * arm.weight, images);
     }
   }
 }
 
-// Is the pass's photon state q in C? Remembered while C stays the same.
-bool ViewTracer::allows_photon(std::uint32_t q, int joins) noexcept {
-  if (!joins_.is_constrained(joins)) return true;
+ImageSet ViewTracer::join(StateId q, int joins) noexcept {
+  if (!effects_.layers) return joins_.allows(states_, q, joins) ? picture : 0;
+  const auto at_eye = joins_.arrive(states_, q, joins);
+  return at_eye ? states_.images(states_.next(*at_eye, scene_.edits().event_class(Event::E, -1))) : 0;
+}
+
+// For a state of the pass's photons. Remembered while C stays the same.
+ImageSet ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
+  if (!asks_state(joins)) return picture;
   if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
   if (memo_mark_[q] != memo_now_) {
     memo_mark_[q] = memo_now_;
-    memo_[q] = joins_.allows(states_, state_of_[q], joins);
+    memo_[q] = join(state_of_[q], joins);
   }
-  return memo_[q] != 0;
+  return memo_[q];
+}
+
+// Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all of them, so that layers
+// change no bit of it.
+template <class Estimate>
+void ViewTracer::for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate) {
+  const EventMask kinds = vertex.bsdf.events() & gathering;
+  const bool is_apart = joins_.is_constrained(joins);
+  if (!is_apart && !effects_.layers) return estimate(gathering, Joins::all, images);
+  if (!is_apart && (kinds != gathering || same_event(vertex)))
+    return estimate(gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images);
+  if (!is_apart) {
+    if (images & picture) estimate(gathering, joins, picture);
+    images &= ~picture;
+  }
+  for_each_event(kinds, [&](Event e) { estimate(mask_of(e), event_at(joins, vertex, e), images); });
 }
 
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
@@ -94,45 +113,43 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
   const float radius = close_radius(path);
   const int room = settings_.max_depth - path.depth - 1;
-  const auto estimate = [&](EventMask mask, int joins) {
+  for_each_lobe(path.joins, v, all_images, [&](EventMask mask, int joins, ImageSet asked) {
     ++counts.gathers;
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
-      if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
+      if (photon.depth > room) return;
+      ImageSet images = join_photon(photon.q(), joins) & asked;
+      if (!images) return;
       ++counts.photons_gathered;
-      if (path.hue >= 0)
-        add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance);
-      else
-        sum[static_cast<std::size_t>(photon.arrival())] += radiance;
+      if (path.hue < 0 && (images & picture)) sum[static_cast<std::size_t>(photon.arrival())] += radiance, images &= ~picture;
+      if (images) add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, images);
     });
-    if (path.hue >= 0) return;
-    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)]);
-    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)]);
-  };
-  if (!joins_.is_constrained(path.joins)) return estimate(gathering, Joins::all);
-  for_each_event(v.bsdf.events() & gathering, [&](Event e) {  // each lobe of a vertex has its own C
-    estimate(mask_of(e), joins_.event(path.joins, scene_.edits().event_class(e, scene_.entity(v.hit))));
+    if (path.hue >= 0 || !(asked & picture)) return;
+    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], picture);
+    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], picture);
   });
 }
 
-// The ways light of the gather segment goes on at v: one, or one per kind of lobe where C could tell them apart.
+// The ways light of the gather segment goes on at v: one, or one per kind of lobe where C or a layer could tell them apart.
 ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
   const EventMask kinds = v.bsdf.events() & gathering;
   Arms arms;
-  const auto joins_for = [&](Event e) {
-    return effects_.light_edits ? joins_.event(path.joins, scene_.edits().event_class(e, scene_.entity(v.hit))) : path.joins;
-  };
+  const auto joins_for = [&](Event e) { return asks_words() ? event_at(path.joins, v, e) : path.joins; };
   if (kinds != gathering) {
     arms.arm[0] = {joins_for(sample.event), sample.weight / square(sample.eta)};
     arms.count = 1;
-  } else if (!effects_.light_edits && path.hue < 0) {
-    arms.arm[0] = {path.joins, eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf};
-    arms.count = 1;
-  } else {
-    for (const Event e : {Event::D, Event::G})
-      arms.arm[static_cast<std::size_t>(arms.count++)] = {joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf};
+    return arms;
   }
+  const bool is_one = !effects_.light_edits && path.hue < 0;  // for the picture: layers change no bit of it
+  if (is_one) {
+    const bool is_all = !effects_.layers || same_event(v);
+    arms.arm[0] = {joins_for(Event::D), eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf, is_all ? all_images : picture};
+    arms.count = 1;
+    if (is_all) return arms;
+  }
+  for (const Event e : {Event::D, Event::G})
+    arms.arm[static_cast<std::size_t>(arms.count++)] = {joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images};
   return arms;
 }
 
@@ -196,28 +213,22 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 // Photon density at y, `length` from v: all photons with q in C that came by way of some vertex.
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
-  const auto estimate = [&](EventMask mask, int joins, const Color& weight) {
-    ++counts.gathers;
-    Color sum(0);
-    estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
-      if (photon.depth > room || !allows_photon(photon.q(), joins)) return;
-      ++counts.photons_gathered;
-      if (path.hue >= 0)
-        add(Part::Indirect, path, radiance * weight);
-      else
-        sum += radiance;
-    });
-    if (path.hue < 0) add(Part::Indirect, path, sum * weight);
-  };
   for (int i = 0; i < arms.count; ++i) {
     const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
     if (is_black(arm.weight)) continue;
-    if (!joins_.is_constrained(arm.joins))
-      estimate(gathering, Joins::all, arm.weight);
-    else
-      for_each_event(y.bsdf.events() & gathering, [&](Event e) {
-        estimate(mask_of(e), joins_.event(arm.joins, scene_.edits().event_class(e, scene_.entity(y.hit))), arm.weight);
+    for_each_lobe(arm.joins, y, arm.images, [&](EventMask mask, int joins, ImageSet asked) {
+      ++counts.gathers;
+      Color sum(0);
+      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
+        if (photon.depth > room) return;
+        ImageSet images = join_photon(photon.q(), joins) & asked;
+        if (!images) return;
+        ++counts.photons_gathered;
+        if (path.hue < 0 && (images & picture)) sum += radiance, images &= ~picture;
+        if (images) add(Part::Indirect, path, radiance * arm.weight, images);
       });
+      if (path.hue < 0 && (asked & picture)) add(Part::Indirect, path, sum * arm.weight, picture);
+    });
   }
 }
 
@@ -244,12 +255,12 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
   }
   for (int i = 0; i < arms.count; ++i) {
     const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
-    if (joins_.is_constrained(arm.joins)) {
+    ImageSet images = arm.images & picture;
+    if (asks_state(arm.joins)) {
       const int entity = light >= 0 ? scene_.light_entity(light) : scene_.entity(*hit);
-      const StateId q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity));
-      if (!joins_.allows(states_, q, arm.joins)) continue;
+      images = join(states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity)), arm.joins) & arm.images;
     }
-    add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight);
+    if (images) add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight, images);
   }
 }
 

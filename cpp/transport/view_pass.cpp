@@ -3,7 +3,8 @@
 
 namespace sluice {
 
-ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads) : samples_(static_cast<std::size_t>(threads)) {
+ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
+    : samples_(static_cast<std::size_t>(threads)), layers_(samples_.size()) {
   tracers_.reserve(static_cast<std::size_t>(threads));
   for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects);
 }
@@ -20,7 +21,8 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
     if (cancel.load(std::memory_order_relaxed)) return;
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     std::vector<PixelSample>& samples = samples_[static_cast<std::size_t>(thread)];
-    samples.clear();
+    std::vector<Color>& layers = layers_[static_cast<std::size_t>(thread)];
+    samples.clear(), layers.clear();
     tracer.counts = {};
     tracer.counts.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
     const Film::Box box = film.box(static_cast<int>(t));
@@ -29,10 +31,11 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
         const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
         const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
         samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
+        layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
       }
     tile_counts_[t] = tracer.counts;
     const std::lock_guard lock(film_lock);
-    film.add_tile(static_cast<int>(t), context.pass, samples);
+    film.add_tile(static_cast<int>(t), context.pass, samples, layers);
   });
   for (const Counts& t : tile_counts_) counts += t;
   return !cancel;

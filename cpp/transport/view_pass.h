@@ -20,6 +20,7 @@ class ViewPass {
  private:
   std::vector<ViewTracer> tracers_;  // per thread
   std::vector<std::vector<PixelSample>> samples_;
+  std::vector<std::vector<Color>> layers_;
   std::vector<Counts> tile_counts_;
 };
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "transport/view_path.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "edit/hue.h"
 
 namespace sluice {
@@ -20,14 +23,15 @@ void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons
   for (const auto& content : photons.states) state_of_.push_back(states_.intern(content));
   memo_mark_.assign(photons.states.size(), 0);
   memo_.assign(photons.states.size(), 0);
-  memo_now_ = 0, memo_joins_ = Joins::all;
+  memo_now_ = 0, memo_joins_ = Joins::none;
 }
 
 PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_t key) {
   sampler_ = sampler, key_ = key, draws_ = 0;
   sample_ = {}, recorded_ = false;
+  std::ranges::fill(layers_, Color(0));
   joins_.clear(), hues_.clear();
-  memo_joins_ = Joins::all;  // the numbers of C begin anew: what is remembered belongs to another path
+  memo_joins_ = Joins::none;  // the numbers of C begin anew: what is remembered belongs to another path
   const V2f offset = scene_.pixel_filter().sample_filter(sampler.pair(0));
   const CameraRay camera = scene_.camera().generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, sampler.pair(1));
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
@@ -45,14 +49,16 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
 
 // Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
 // each contribution on its own, from the light's end to the eye's (design §4).
-void ViewTracer::add(Part part, const ViewPath& path, Color radiance) noexcept {
+void ViewTracer::add(Part part, const ViewPath& path, Color radiance, ImageSet images) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
     radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) * hues_[static_cast<std::size_t>(step)].factor;
-  if (is_finite(radiance))
-    sample_.parts[static_cast<std::size_t>(part)] += radiance;
-  else
+  if (!is_finite(radiance)) {
     ++counts.non_finite;
+    return;
+  }
+  if (images & picture) sample_.parts[static_cast<std::size_t>(part)] += radiance;
+  for (ImageSet layers = images >> 1; layers; layers &= layers - 1) layers_[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
 }
 
 void ViewTracer::follow(ViewPath& path) {
@@ -164,7 +170,7 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   path.excluded_group = -1;
   path.is_camera = false;
   const EventClass event = scene_.edits().event_class(Event::S, scene_.entity(vertex.hit));
-  if (effects_.light_edits) path.joins = joins_.event(path.joins, event);
+  if (asks_words()) path.joins = joins_.event(path.joins, event);
   if (effects_.view_edits) path.state = states_.next(path.state, event);
   ++path.depth;
 }

@@ -40,11 +40,12 @@ struct ViewPath {
 // What traces view samples on one thread.
 class ViewTracer {
  public:
-  ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()) {}
+  ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()), layers_(scene.edits().layers().size()) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
   [[nodiscard]] PixelSample trace(int x, int y, const Sampler& sampler, std::uint64_t key);
+  [[nodiscard]] std::span<const Color> layers() const noexcept { return layers_; }  // of the last sample
   Counts counts;
 
  private:
@@ -64,9 +65,10 @@ class ViewTracer {
   struct Arm {                                                      // one kind of lobe of v through which gathered light reaches the eye
     int joins = Joins::all;
     Color weight{0};
+    ImageSet images = all_images;  // that it is for
   };
   struct Arms {
-    std::array<Arm, 2> arm;
+    std::array<Arm, 3> arm;
     int count = 0;
   };
 
@@ -76,7 +78,7 @@ class ViewTracer {
   void record_first(const Vertex* vertex) noexcept;
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
-  void add(Part part, const ViewPath& path, Color radiance) noexcept;
+  void add(Part part, const ViewPath& path, Color radiance, ImageSet images) noexcept;
 
   // gates on view segments (view_gates.cpp)
   [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps);
@@ -104,7 +106,19 @@ class ViewTracer {
   [[nodiscard]] StateId light_state(int light) noexcept {
     return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
   }
-  [[nodiscard]] bool allows_photon(std::uint32_t q, int joins) noexcept;
+  // Which images light in state q becomes part of at the end of the list; none: q is not in C.
+  [[nodiscard]] ImageSet join(StateId q, int joins) noexcept;
+  [[nodiscard]] ImageSet join_photon(std::uint32_t q, int joins) noexcept;
+  [[nodiscard]] bool asks_words() const noexcept { return effects_.light_edits || effects_.layers; }  // else events need not be listed
+  [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
+  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.edits().event_class(e, scene_.entity(vertex.hit))); }
+  // Is it one to all expressions whether light leaves by D or by G?
+  [[nodiscard]] bool same_event(const Vertex& vertex) const noexcept {
+    const int entity = scene_.entity(vertex.hit);
+    return scene_.edits().event_class(Event::D, entity) == scene_.edits().event_class(Event::G, entity);
+  }
+  template <class Estimate>
+  void for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate);
   [[nodiscard]] float close_radius(const ViewPath& path) const noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
@@ -120,13 +134,14 @@ class ViewTracer {
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number
   std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last
-  std::vector<std::uint8_t> memo_;
+  std::vector<ImageSet> memo_;
   std::uint32_t memo_now_ = 0;
-  int memo_joins_ = Joins::all;
+  int memo_joins_ = Joins::none;
 
   Sampler sampler_;
   std::uint64_t key_ = 0, draws_ = 0;
   PixelSample sample_;
+  std::vector<Color> layers_;
   bool recorded_ = false;
   Joins joins_;
   std::vector<HueStep> hues_;

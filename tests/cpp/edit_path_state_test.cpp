@@ -77,6 +77,30 @@ TEST_F(PathState, CapsStopAtMaxGates) {
   EXPECT_TRUE(table.takes(q, 2));  // the entry would still take it: it absorbs
 }
 
+// Layers read the whole word along with the edits, and are no edits.
+TEST(PathStateImages, AreThoseOfTheWholeWord) {
+  const std::vector<LayerDescription> layers{{"Caustic", "LS+DE"}, {"Moved", "L.*F'A'.*E"}, {"Lamp", "L'Lamp'.*E"}, {"All", "L.*E"}};
+  std::vector<EditDescription> one{edit_at("A", at({0, 0, 0}), "LS", 0)};
+  one[0].exits = {exit_at("A exit", at({5, 0, 0}))};
+  Warnings warnings;
+  const Edits edits = compile_edits(one, entities, {}, {}, 8, warnings, layers);
+  EXPECT_TRUE(warnings.empty());
+  StateTable table(edits);
+  const auto word = [&](StateId state, std::initializer_list<std::pair<Event, int>> events) {
+    for (const auto& [kind, entity] : events) state = table.next(state, edits.event_class(kind, entity));
+    return state;
+  };
+  const StateId caustic = word(StateTable::light_start, {{Event::L, Lamp}, {Event::S, Egg}});
+  EXPECT_EQ(list(table.taking(caustic)), Taken{0});
+  EXPECT_EQ(table.images(caustic), picture);  // not yet at the eye
+  EXPECT_EQ(table.images(word(caustic, {{Event::D, Floor}, {Event::E, -1}})), 0b11011u);
+  EXPECT_EQ(table.images(word(table.through(caustic, 0), {{Event::D, Floor}, {Event::E, -1}})), 0b11101u);
+  EXPECT_EQ(table.images(word(StateTable::light_start, {{Event::L, Floor}, {Event::E, -1}})), 0b10001u);
+  EXPECT_EQ(table.images(StateTable::dead), picture);
+  TestEdits none(one, entities);
+  EXPECT_EQ(StateTable(none.edits).images(StateTable::light_start), picture);
+}
+
 TEST_F(PathState, ViewStatesReadBackwardFromTheEye) {
   const EventClass e = edits.event_class(Event::E, -1);
   StateId v = table.next(StateTable::view_start, e);

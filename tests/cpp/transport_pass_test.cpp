@@ -37,7 +37,9 @@ struct Renderer {
 
   // The hash of that pass's own film.
   std::uint64_t pass_hash(int pass) {
-    Film film(48, 40);
+    std::vector<std::string> layers;
+    for (const LayerDescription& layer : scene.edits().layers()) layers.push_back(layer.name);
+    Film film(48, 40, layers);
     const PassContext context{scene, settings, effects, guide, pass};
     EXPECT_TRUE(photon_pass.run(context, pool, cancel, photons, counts));
     EXPECT_TRUE(view_pass.run(context, photons, pool, cancel, film, lock, counts));
@@ -58,7 +60,9 @@ struct Renderer {
 };
 
 TEST(Pass, IsAPureFunctionOfItsIndex) {
-  const auto scene = test::compiled(small_world());
+  SceneDescription description = small_world();
+  description.layers = {{"Moved", "L.*F.*E"}, {"Straight", "L D E"}, {"Rest", "L.*E"}};
+  const auto scene = test::compiled(std::move(description));
   Renderer in_order(*scene, 2), alone(*scene, 1), backward(*scene, 3);
   std::vector<std::uint64_t> hashes;
   for (int pass = 0; pass < 6; ++pass) hashes.push_back(in_order.pass_hash(pass));

@@ -141,6 +141,10 @@ class Scene:
         self.orders += 1 + len(exits)
 
 
+    def layer(self, name, expression):
+        self.description.setdefault("layers", []).append({"name": name, "expression": expression})
+
+
 # --- rendering ------------------------------------------------------------------------------------------------------------------------
 
 
@@ -150,7 +154,7 @@ class Render:
     def __init__(self, session):
         self.progress, self.warnings = session.progress(), session.warnings()
         self.statistics, self.hash = session.statistics(), session.film_hash()
-        pictures = session.snapshot(["Combined", *PARTS])
+        pictures = session.snapshot(["Combined", *PARTS, *(layer["name"] for layer in self.statistics["layers"])])
         self.pictures = {name: picture[..., :3].astype(float) for name, picture in pictures.items()}
 
     def __getitem__(self, name):

@@ -48,6 +48,13 @@ def parse(text):
     return ("atom", False, (("L", ()),))
 
 
+def check_layer_expression(text, names):
+    found = check_expression(text, names)
+    if not text.startswith("L"):
+        raise ExpressionError("", 1, "write L first")
+    return {"warnings": found["warnings"]}
+
+
 class Session:
     def __init__(self):
         self._state, self._error, self._warnings = 'idle', None, []
@@ -56,6 +63,7 @@ class Session:
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
         self._frame, self._settings = last_description["frame"], last_settings
+        self._channels = {**_CHANNELS, **{layer["name"]: 3 for layer in last_description.get("layers", ())}}
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
             name = edit["entry"]["name"]
@@ -110,7 +118,7 @@ class Session:
         rows, columns = np.mgrid[frame["y0"]:frame["y1"], frame["x0"]:frame["x1"]].astype(np.float32)
         found = {}
         for name in names:
-            image = np.empty((*rows.shape, _CHANNELS[name]), np.float32)
+            image = np.empty((*rows.shape, self._channels[name]), np.float32)
             for channel in range(image.shape[2]):
                 image[..., channel] = rows / frame["height"] + 10 * columns / frame["width"] + len(name)
             if name == "Combined":

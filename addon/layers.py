@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light layers in View Layer Properties: a list of render passes, each chosen by an expression over whole paths."""
+import bpy
+from bpy.props import EnumProperty
+
+from .edit_panels import check, draw_checked, known_names
+from .panels import Panel
+
+
+class SLUICE_UL_layers(bpy.types.UIList):
+    """Name and expression of each layer; red where the expression is none."""
+
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name):
+        wrong = check(item.expression, known_names(), "en", True).error is not None
+        split = layout.split(factor=0.4)
+        split.prop(item, "name", text="", emboss=False, icon='RENDERLAYERS')
+        row = split.row()
+        row.alert = wrong
+        row.prop(item, "expression", text="", emboss=False)
+
+
+class _LayerOperator:
+    bl_options = {'REGISTER', 'UNDO'}
+
+    @classmethod
+    def poll(cls, context):
+        return context.view_layer is not None and bool(context.view_layer.sluice.layers)
+
+    def execute(self, context):
+        settings = context.view_layer.sluice
+        settings.active_layer = self.change(settings, min(settings.active_layer, len(settings.layers) - 1))
+        context.view_layer.update_render_passes()  # the compositor's sockets
+        return {'FINISHED'}
+
+
+class SLUICE_OT_add_layer(_LayerOperator, bpy.types.Operator):
+    """Add a render pass that shows the light whose whole path matches an expression"""
+
+    bl_idname = "sluice.add_layer"
+    bl_label = "Add Light Layer"
+
+    @classmethod
+    def poll(cls, context):
+        return context.view_layer is not None
+
+    @staticmethod
+    def change(settings, _active):
+        settings.layers.add().name = "Layer"
+        return len(settings.layers) - 1
+
+
+class SLUICE_OT_remove_layer(_LayerOperator, bpy.types.Operator):
+    """Remove the light layer"""
+
+    bl_idname = "sluice.remove_layer"
+    bl_label = "Remove Light Layer"
+
+    @staticmethod
+    def change(settings, active):
+        settings.layers.remove(active)
+        return max(0, min(active, len(settings.layers) - 1))
+
+
+class SLUICE_OT_move_layer(_LayerOperator, bpy.types.Operator):
+    """Move the light layer in the list"""
+
+    bl_idname = "sluice.move_layer"
+    bl_label = "Move Light Layer"
+
+    direction: EnumProperty(name="Direction", description="Where to", items=(('UP', "Up", "To the start"), ('DOWN', "Down", "To the end")))
+
+    def change(self, settings, active):
+        target = max(0, min(active + (1 if self.direction == 'DOWN' else -1), len(settings.layers) - 1))
+        settings.layers.move(active, target)
+        return target
+
+
+class SLUICE_PT_layers(Panel, bpy.types.Panel):
+    bl_label = "Light Layers"
+    bl_context = "view_layer"
+
+    def draw(self, context):
+        settings = context.view_layer.sluice
+        row = self.layout.row()
+        row.template_list("SLUICE_UL_layers", "", settings, "layers", settings, "active_layer", rows=4 if settings.layers else 2)
+        buttons = row.column(align=True)
+        buttons.operator("sluice.add_layer", text="", icon='ADD')
+        buttons.operator("sluice.remove_layer", text="", icon='REMOVE')
+        if len(settings.layers) > 1:
+            buttons.separator()
+            buttons.operator("sluice.move_layer", text="", icon='TRIA_UP').direction = 'UP'
+            buttons.operator("sluice.move_layer", text="", icon='TRIA_DOWN').direction = 'DOWN'
+        if 0 <= settings.active_layer < len(settings.layers):
+            draw_checked(self.layout.column(), context.region, settings.layers[settings.active_layer], is_layer=True)
+
+
+_classes = (SLUICE_UL_layers, SLUICE_OT_add_layer, SLUICE_OT_remove_layer, SLUICE_OT_move_layer, SLUICE_PT_layers)
+
+
+def register():
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)
