@@ -5,7 +5,7 @@ import functools
 
 import bpy
 
-from . import core, operators, statistics, words
+from . import core, operators, presets, statistics, words
 from .panels import Panel, sentence
 
 
@@ -28,6 +28,23 @@ def check(text, names, language, is_layer=False):
     except core.CoreMissing as missing:
         return Checked(error=str(missing))
     return Checked(found.get("side"), told[0].upper() + told[1:], tuple(found["warnings"]))
+
+
+class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
+    """Take this light"""
+
+    bl_idname = "sluice.take_arrival"
+    bl_label = "Take This Light"
+
+    expression: bpy.props.StringProperty(name="Expression", description="What takes it", maxlen=1024)
+
+    @classmethod
+    def description(cls, _context, properties):
+        return check(properties.expression, (), _language()).told or cls.__doc__
+
+    def execute(self, context):
+        operators.entry_of(context.object).sluice.expression = self.expression
+        return {'FINISHED'}
 
 
 def known_names():
@@ -75,6 +92,18 @@ def draw_checked(layout, region, edit, is_layer=False):
         sentence(layout, region, warning, 'INFO')
 
 
+def _draw_arrivals(layout, found):
+    """What light came here in the last render, commonest first; a click makes it the expression."""
+    if found is None or not found.arrivals:
+        return
+    layout.label(text="Light that arrived here")
+    box = layout.box().column(align=True)
+    for expression, share in found.arrivals:
+        row = box.row(align=True)
+        row.alignment = 'LEFT'
+        row.operator("sluice.take_arrival", text=f"{100 * share:.0f} %  {expression}", emboss=False).expression = expression
+
+
 def _halves(layout):
     """A row for a name, left, and for numbers, right."""
     split = layout.split(factor=0.5, align=True)
@@ -106,8 +135,10 @@ def _draw_entry(layout, region, item):
     body = layout.column()
     body.active = edit.enabled
     _draw_expression(body, region, edit)
-    for text, icon in statistics.lines(statistics.of(item.name)):
+    found = statistics.of(item.name)
+    for text, icon in statistics.lines(found):
         sentence(body, region, text, icon)
+    _draw_arrivals(body, found)
     body.separator()
     body.prop(edit, "amount")
     body.prop(edit, "feather")
@@ -182,7 +213,7 @@ class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
     bl_category = "Sluice"
 
 
-_classes = (SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
+_classes = (SLUICE_OT_take_arrival, SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
 
 
 def register():

@@ -65,7 +65,7 @@ def _copy_scene(engine, data, depsgraph, job):
     camera_object = camera_object.evaluated_get(depsgraph)
     camera = export_camera(camera_object, camera_object.matrix_world, context.warn)
     frame = export_frame(engine.resolution_x, engine.resolution_y, scene.render)
-    job.settings = export_settings(scene)
+    job.settings = {**export_settings(scene), "explain_edits": True}
     if engine.is_preview:
         job.settings = for_preview(job.settings)
     job.description = export.export_scene(depsgraph, camera, frame, context)

@@ -187,27 +187,22 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
     def setup(self, context):
         self.refresh(context)
 
-    @staticmethod
-    def _items(context):
-        """The quads that are seen, but for the one that has handles."""
-        return [item for item in overlay.visible_edits(context) if item != _active()]
-
     def refresh(self, context):
         """One border per quad; those left over wait, hidden."""
-        items = self._items(context)
+        items = overlay.visible_edits(context)
         while len(self.gizmos) < len(items):
             gizmo = self.gizmos.new("SLUICE_GT_border")
             gizmo.use_draw_scale = False
             gizmo.line_width = 2
             gizmo.color_highlight, gizmo.alpha_highlight = (1.0, 1.0, 1.0), 0.9
         for number, gizmo in enumerate(self.gizmos):
-            gizmo.hide = number >= len(items)
-            if not gizmo.hide:
+            gizmo.hide = number >= len(items) or items[number] == _active()  # which has handles
+            if number < len(items):
                 gizmo.target_set_operator("sluice.select_one").name = items[number].name
                 gizmo.matrix_basis = items[number].matrix_world @ Matrix.Scale(items[number].empty_display_size, 4)
 
     def draw_prepare(self, context):
-        for gizmo, item in zip(self.gizmos, self._items(context)):
+        for gizmo, item in zip(self.gizmos, overlay.visible_edits(context)):
             gizmo.matrix_basis = item.matrix_world @ Matrix.Scale(item.empty_display_size, 4)
 
 

@@ -33,7 +33,7 @@ def _nouns(_self, context):
     return _items or [("", "Nothing to name", "")]
 
 
-class _OnEntry:
+class OnEntry:
     """Works on the entry of the active Empty's edit, one undo step."""
 
     bl_options = {'REGISTER', 'UNDO'}
@@ -44,7 +44,7 @@ class _OnEntry:
         return entry is not None and entry.library is None
 
 
-class SLUICE_OT_insert_name(_OnEntry, bpy.types.Operator):
+class SLUICE_OT_insert_name(OnEntry, bpy.types.Operator):
     """Put the name of an object, lamp, edit or collection into the expression"""
 
     bl_idname = "sluice.insert_name"
@@ -65,7 +65,7 @@ class SLUICE_OT_insert_name(_OnEntry, bpy.types.Operator):
         return {'RUNNING_MODAL'}
 
 
-class SLUICE_OT_set_expression(_OnEntry, bpy.types.Operator):
+class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
     """Take this kind of light"""
 
     bl_idname = "sluice.set_expression"
@@ -103,7 +103,7 @@ class SLUICE_OT_set_expression(_OnEntry, bpy.types.Operator):
         return next((item.name for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE'), "")
 
 
-class SLUICE_OT_load_expression(_OnEntry, bpy.types.Operator):
+class SLUICE_OT_load_expression(OnEntry, bpy.types.Operator):
     """Take the light that this preset takes"""
 
     bl_idname = "sluice.load_expression"
@@ -158,7 +158,9 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
         for group in kinds.GROUPS:
             column = layout.column(align=True)
             for kind in group:
-                column.operator("sluice.set_expression", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
+                row = column.row()
+                row.alignment = 'LEFT'
+                row.operator("sluice.set_expression", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
             layout.separator()
         layout.label(text="Own")
         if bpy.utils.preset_paths(SUBDIR):

@@ -55,11 +55,11 @@ def lines(found):
 
 def _nothing(found):
     """Why an entry took no light, as far as the test paths tell."""
+    if not found.probed:
+        return ["Nothing that matches crossed the entry"]
     if not found.crossed:
         return ["No light that matches crossed the entry", "No light crosses it at all: is it where the light is?"]
-    sentences = [f"No light that matches crossed the entry; {status.count(found.crossed)} test paths crossed it"]
-    sentences += [f"{100 * share:.0f} % of the light here is {word}" for word, share in found.arrivals[:3]]
-    return sentences
+    return [f"No light that matches crossed the entry; {status.count(found.crossed)} of {status.count(found.probed)} test paths crossed it"]
 
 
 def power(watts):

@@ -73,6 +73,11 @@ py::dict statistics_of(const Session& session) {
     py::dict edit;
     edit["name"] = s.edit_names[e], edit["matched"] = c.edits[e].matched, edit["moved"] = c.edits[e].moved, edit["capped"] = c.edits[e].capped;
     edit["energy_in"] = c.edits[e].energy_in, edit["energy_out"] = c.edits[e].energy_out;
+    if (e < s.arrivals.size()) {
+      py::list arrivals;
+      for (const auto& kind : s.arrivals[e].kinds) arrivals.append(py::make_tuple(kind.expression, kind.share));
+      edit["probed"] = s.arrivals[e].probed, edit["crossed"] = s.arrivals[e].crossed, edit["arrivals"] = arrivals;
+    }
     edits.append(edit);
   }
   for (const LayerShare& l : s.layers) {

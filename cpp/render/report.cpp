@@ -13,6 +13,20 @@ std::string format(const char* pattern, Args... args) {
   return text;
 }
 
+// Edits that took no light, and what light there was.
+std::string missed(const Statistics& s) {
+  std::string text;
+  for (std::size_t e = 0; e < s.arrivals.size() && e < s.counts.edits.size(); ++e) {
+    const Arrivals& found = s.arrivals[e];
+    if (s.counts.edits[e].matched > 0 || found.probed == 0) continue;
+    text += "edit " + s.edit_names[e] + format(": no light that matches crossed the entry; %llu of %llu test paths crossed it", static_cast<unsigned long long>(found.crossed),
+                                              static_cast<unsigned long long>(found.probed));
+    for (const auto& kind : found.kinds) text += format("; %.0f %% as ", 100 * kind.share) + kind.expression;
+    text += '\n';
+  }
+  return text;
+}
+
 double millions(std::uint64_t n) { return static_cast<double>(n) * 1e-6; }
 
 }  // namespace
@@ -35,6 +49,7 @@ std::string describe(const Statistics& s) {
   }
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
+  text += missed(s);
   text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu splits; grazing exits: %llu\n",
                  static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),
                  static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));

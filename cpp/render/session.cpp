@@ -135,7 +135,14 @@ void Session::render_scene(const Scene& scene) {
   }
   close_film_block();
   measure_layers(scene);
+  if (settings_.explain_edits && stop != StopReason::Cancelled) explain_edits(scene, effects);
   finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
+}
+
+void Session::explain_edits(const Scene& scene, const Effects& effects) {
+  auto arrivals = find_arrivals(scene, settings_.transport, effects, cancel_);
+  const std::lock_guard lock(lock_);
+  statistics_.arrivals = std::move(arrivals);
 }
 
 void Session::start_rendering(const Scene& scene, const Effects& effects) {

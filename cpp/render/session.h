@@ -15,6 +15,7 @@
 #include "base/threads.h"
 #include "render/settings.h"
 #include "scene/scene.h"
+#include "transport/arrivals.h"
 #include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/film.h"
@@ -57,6 +58,7 @@ struct Statistics {
   std::vector<Effects::Reason> reasons;
   std::vector<std::string> edit_names;  // of counts.edits
   std::vector<LayerShare> layers;
+  std::vector<Arrivals> arrivals;       // at the edits' entries; empty unless the settings ask
   std::uint64_t guide_hash = 0;
   double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
   double bytes_per_photon = 0;       // of the maps, all included
@@ -94,6 +96,7 @@ class Session {
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
+  void explain_edits(const Scene& scene, const Effects& effects);
   void measure_layers(const Scene& scene);
   void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;

@@ -11,6 +11,7 @@ struct RenderSettings {
   int frame = 1;
   bool use_animated_seed = false;  // the frame goes into the seed
   bool use_edits = true;           // false: all edits off at once
+  bool explain_edits = false;      // at the end, find what light arrives at their entries
   double time_limit = 0;           // s of rendering, 0 = none
   double error_target = 0;         // relative standard error of the picture (0.01 = 1 %), 0 = none
   int threads = 0;                 // 0 = all

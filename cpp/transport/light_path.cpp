@@ -2,6 +2,7 @@
 #include "transport/light_path.h"
 
 #include "edit/hue.h"
+#include "transport/arrivals.h"
 
 namespace sluice {
 namespace {
@@ -16,6 +17,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
   start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
+  if (witness_) start.word = witness_->after(-1, Event::L, scene_.light_entity(photon.light));
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
   branches_[0] = start;
@@ -44,13 +46,16 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
     ++counts.rays;
+    const Segment segment{path.origin, V3d(path.direction), path.t_min, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
+    std::optional<Crossing> crossing;
     if (!states_.taking(path.q).empty()) {  // else the segment asks nothing
       ++counts.edit_queries;
-      const Segment segment{path.origin, V3d(path.direction), path.t_min, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
-      if (const auto crossing = edits.first_taken(states_, path.q, segment)) {
-        pass_gate(path, *crossing);
-        return false;
-      }
+      crossing = edits.first_taken(states_, path.q, segment);
+    }
+    if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing ? crossing->t : segment.t_max);
+    if (crossing) {
+      pass_gate(path, *crossing);
+      return false;
     }
     if (!hit) {
       counts.ledger.escaped += luminance(path.flux);
@@ -123,6 +128,7 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
   copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0), copy.t_min = 0;
   copy.q = states_.through(path.q, crossing.edit);
   copy.last = Event::F;
+  if (witness_) copy.word = witness_->after(path.word, Event::F, crossing.edit);
   copy.excluded_group = passage->group;
   copy.at_edit = crossing.edit, copy.at_exit = exit;
   ++branch_count_;
@@ -193,6 +199,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   path.excluded_group = -1;
   path.last = sample->event;
   path.q = states_.next(path.q, scene_.edits().event_class(sample->event, scene_.entity(vertex.hit)));
+  if (witness_) path.word = witness_->after(path.word, sample->event, scene_.entity(vertex.hit));
   ++path.depth;
   return true;
 }

@@ -16,6 +16,8 @@
 
 namespace sluice {
 
+class Witness;
+
 struct LightPath {
   V3d origin;
   V3f direction;
@@ -27,13 +29,15 @@ struct LightPath {
   int depth = 0;           // D, S, G events so far
   int excluded_group = -1; // plane group that the segment starts on
   double t_min = 0;        // gates beyond it count; -infinity on the first segment of light from infinity
+  int word = -1;           // its events, where a witness writes them down
   int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
 };
 
 // What traces light paths on one thread: scratch memory, states, counts. Photons go to a list of the caller's.
 class LightTracer {
  public:
-  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()) {}
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, Witness* witness = nullptr)
+      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()), witness_(witness) {}
 
   // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
   void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out);
@@ -53,6 +57,7 @@ class LightTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   StateTable states_;
+  Witness* witness_;  // only where someone asks what arrives at an entry (arrivals.h)
   std::array<LightPath, split_budget> branches_;
   int branch_count_ = 0;
   std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits

@@ -119,9 +119,10 @@ def test_figures_in_words():
     assert told == "Took 12.3 k paths, sent on 24.7 k / Light in 2 W, out 500 µW"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
     assert _told(matched=5, capped=2)[0].endswith("Absorbed 2 paths at Max Edits per Path")
-    assert "No light crosses it at all" in _told()[0]
-    told, statistics = _told(crossed=800, probed=4096, arrivals=[("L D'Wall'", 0.625)])
-    assert "800 test paths crossed it" in told and "62 % of the light here is L D'Wall'" in told
+    assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees
+    assert "No light crosses it at all" in _told(probed=4096)[0]
+    told, statistics = _told(crossed=800, probed=4096)
+    assert "800 of 4,096 test paths crossed it" in told
     assert statistics.icon(statistics.of("First")) == 'ERROR' and statistics.of("Second") is None
     assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, crossed 800 of 4096 test paths"}
     bpy.ops.wm.read_homefile(use_empty=True)
@@ -141,3 +142,32 @@ def test_drawn_dashed_where_no_light_was_found_and_dim_where_it_does_not_act(ent
     strengths = [color[3] for _points, color in overlay.shapes(entries, scene).fills]
     assert strengths[0] == strengths[2] < 0.5 * strengths[1]
     statistics.forget()
+
+
+def test_light_that_arrived_becomes_the_expression(entries):
+    bpy.context.view_layer.objects.active = bpy.data.objects["First Exit"]
+    assert bpy.ops.sluice.take_arrival(expression="L'Sun'S'Egg'+") == {'FINISHED'}
+    assert entries[0].sluice.expression == "L'Sun'S'Egg'+" and entries[1].sluice.expression == "LS+"
+
+
+def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp_path):
+    """F12 with the real core: an entry in the light of a lamp, one that finds nothing, in panel and file header."""
+    from mathutils import Matrix
+    from sluice import statistics
+    new_object("Floor", cube_mesh(), Matrix.Translation((0, 0, -1)))
+    new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), Matrix.Translation((0, 0, 2)))
+    entries[1].sluice.expression, entries[0].sluice.expression = "LS'Floor'S+", "L"
+    entries[1].location.z = 0.5  # above the first, whose light crosses it
+    bpy.data.objects["First Exit"].location.x = 5
+    entries[2].sluice.enabled = False
+    scene = bpy.context.scene
+    scene.sluice.passes, scene.sluice.photons = 4, 20000
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.render.image_settings.file_format, scene.render.filepath = 'OPEN_EXR', str(tmp_path / "out.exr")
+    bpy.ops.render.render(write_still=True)
+    first, second, third = (statistics.of(item.name) for item in entries)
+    assert first.matched > 100 and first.power_in > 0 and first.arrivals[0][0] == "L'Lamp'"
+    assert third is None  # it did not act
+    assert second.matched == 0 and 0 < second.crossed < second.probed and second.arrivals[0][0].startswith("L'Lamp'")
+    header = (tmp_path / "out.exr").read_bytes()
+    assert b"Sluice edit First" in header and statistics.stamp(second).encode() in header

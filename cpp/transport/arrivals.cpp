@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/arrivals.h"
+
+#include <algorithm>
+#include <map>
+
+#include "transport/light_path.h"
+#include "transport/pass.h"
+
+namespace sluice {
+namespace {
+
+constexpr int all_paths = 1 << 15, fewest_paths = 1 << 10, most_targets = 32;
+constexpr std::size_t most_kinds = 5, longest = 5;
+
+Target sphere_around(const Quad& quad) {
+  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
+  return {quad.point({0.5, 0.5}), static_cast<float>(0.5001 * diagonal)};
+}
+
+// Light by power; a third of it towards the entry, a third towards what mirrors or refracts.
+Guide aim_at(const Scene& scene, const Quad& entry) {
+  Guide guide;
+  guide.targets = {sphere_around(entry)};
+  for (std::uint32_t i = 0; i < scene.instance_count() && guide.targets.size() < most_targets; ++i) {
+    const bool specular = std::ranges::any_of(scene.instance_materials(i), [&](std::uint32_t m) { return scene.materials()[m].has_lobes(followed); });
+    const Bounds& b = scene.instance_bounds(i);
+    if (specular) guide.targets.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
+  }
+  std::vector<float> strategy(guide.targets.size() + 2, 1.0f / static_cast<float>(std::max<std::size_t>(guide.targets.size() - 1, 1)));
+  strategy[0] = strategy[1] = 1, strategy.back() = 0;
+  std::vector<float> power;
+  for (const Light& light : scene.lights()) power.push_back(light.power);
+  guide.lights = Distribution(power);
+  guide.strategies.assign(power.size(), Distribution(strategy));
+  guide.aims.resize(power.size());
+  return guide;
+}
+
+std::string quoted(const std::string& name) {
+  std::string text = "'";
+  for (const char c : name) {
+    if (c == '\'' || c == ',' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "'";
+}
+
+std::string symbol(const Scene& scene, const Witness::Step& step) {
+  static constexpr const char* letters[] = {"L", "E", "D", "S", "G", "F"};
+  const std::string letter = letters[static_cast<int>(step.kind)];
+  if (step.kind == Event::F) return letter + quoted(scene.edits()[step.thing].name);
+  if (step.thing < 0 || scene.entities()[static_cast<std::size_t>(step.thing)].names.empty()) return letter;
+  return letter + quoted(scene.entities()[static_cast<std::size_t>(step.thing)].names.front());
+}
+
+// An expression for a word and its like: the same event over and over is one with +, and of a long word the ends count.
+std::string expression_for(const Scene& scene, const Witness& witness, int word) {
+  std::vector<std::string> symbols;  // backwards
+  std::vector<bool> repeats;
+  for (int at = word; at >= 0; at = witness.step(at).before) {
+    std::string next = symbol(scene, witness.step(at));
+    if (!symbols.empty() && symbols.back() == next) {
+      repeats.back() = true;
+      continue;
+    }
+    symbols.push_back(std::move(next));
+    repeats.push_back(false);
+  }
+  std::string text;
+  const bool shorten = symbols.size() > longest;
+  for (std::size_t i = symbols.size(); i-- > 0;) {
+    if (shorten && i == symbols.size() - 2) text += ".*";
+    if (!shorten || i == 0 || i == symbols.size() - 1) text += symbols[i] + (repeats[i] ? "+" : "");
+  }
+  return text;
+}
+
+}  // namespace
+
+int Witness::after(int word, Event kind, int thing) noexcept {
+  if (event_count_ == static_cast<int>(events_.size())) return word;
+  events_[static_cast<std::size_t>(event_count_)] = {word, kind, thing};
+  return event_count_++;
+}
+
+void Witness::look(int word, double energy, const Segment& segment, double t_max) noexcept {
+  if (word < 0 || segment.excluded_group == quad_.group || crossing_count_ == static_cast<int>(crossings_.size())) return;
+  const auto hit = intersect(quad_, segment.origin, segment.direction);
+  if (hit && hit->t > segment.t_min && hit->t <= t_max) 
+    crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad_.frame.n) > 0};
+}
+
+std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::atomic<bool>& cancel) {
+  std::vector<Arrivals> found(static_cast<std::size_t>(scene.edits().size()));
+  const int paths = found.empty() ? 0 : std::max(fewest_paths, all_paths / static_cast<int>(found.size()));
+  for (std::size_t e = 0; e < found.size() && !scene.lights().empty(); ++e) {
+    const Edit& edit = scene.edits()[static_cast<int>(e)];
+    if (edit.side != Side::Light) continue;
+    const Guide guide = aim_at(scene, edit.entry);
+    if (guide.lights.empty()) continue;
+    Witness witness(edit.entry);
+    LightTracer tracer(scene, settings, effects, &witness);
+    std::map<std::string, double> kinds[2];  // by side: what a surface sends back would hide what arrives at it
+    double total[2] = {0, 0};
+    std::vector<Photon> photons;
+    for (int path = 0; path < paths && !cancel; ++path, ++found[e].probed) {
+      const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 3, e), static_cast<std::uint32_t>(path));
+      const auto photon = emit_photon(scene, guide, sampler);
+      if (!photon) continue;
+      photons.clear(), witness.clear();
+      tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
+      found[e].crossed += !witness.crossed().empty();
+      for (const auto& [word, energy, along] : witness.crossed()) kinds[along][expression_for(scene, witness, word)] += energy, total[along] += energy;
+    }
+    const int side = total[1] > total[0] ? 1 : 0;
+    for (const auto& [expression, energy] : kinds[side]) found[e].kinds.push_back({expression, total[side] > 0 ? energy / total[side] : 0});
+    std::ranges::stable_sort(found[e].kinds, std::greater{}, &Arrivals::Kind::share);
+    found[e].kinds.resize(std::min(found[e].kinds.size(), most_kinds));
+  }
+  return found;
+}
+
+}  // namespace sluice

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What light arrives at an entry, by kind, whether its edit takes it or not: for artists whose expression finds nothing. Traces light
+// paths of its own, which are no part of the image.
+#pragma once
+#include <array>
+#include <atomic>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/event.h"
+#include "edit/quad_set.h"
+#include "transport/effects.h"
+#include "transport/settings.h"
+
+namespace sluice {
+
+// Light paths write down their events here and which of them cross a quad. Bounded: what does not fit is left out.
+class Witness {
+ public:
+  explicit Witness(const Quad& quad) noexcept : quad_(quad) {}
+
+  // One word more: `word` (-1: none yet) and an event at an entity, or F of an edit. Returns the longer word.
+  [[nodiscard]] int after(int word, Event kind, int thing) noexcept;
+  void look(int word, double energy, const Segment& segment, double t_max) noexcept;
+  void clear() noexcept { event_count_ = crossing_count_ = 0; }
+
+  struct Step {
+    int before;
+    Event kind;
+    int thing;
+  };
+  struct Crossed {
+    int word;
+    double energy;
+    bool along;  // the quad's arrow
+  };
+  [[nodiscard]] const Step& step(int word) const noexcept { return events_[static_cast<std::size_t>(word)]; }
+  [[nodiscard]] std::span<const Crossed> crossed() const noexcept { return {crossings_.data(), static_cast<std::size_t>(crossing_count_)}; }
+
+ private:
+  const Quad& quad_;
+  int event_count_ = 0, crossing_count_ = 0;
+  std::array<Step, 1024> events_;
+  std::array<Crossed, 64> crossings_;
+};
+
+struct Arrivals {
+  struct Kind {
+    std::string expression;  // that takes it
+    double share;            // of the energy that comes from its side
+  };
+  std::uint64_t probed = 0, crossed = 0;  // paths
+  std::vector<Kind> kinds;                // the commonest first, few; of the side from which more energy comes
+};
+
+// Per edit of the scene; nothing for view edits.
+[[nodiscard]] std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::atomic<bool>& cancel);
+
+}  // namespace sluice

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What light arrives at an entry (settings: explain_edits), told for artists whose expression finds none."""
+
+import pytest
+from scenes import Scene, diffuse, exit_at, glass, looking, mirror, quad, render
+from test_words import words
+
+import sluice_core
+
+SETTINGS = {"passes": 1, "photons": 16384}
+HALF = ((0.25, 0, 0), (0, 0.25, 0))
+AWAY = [exit_at((1.2, 0, 0), *HALF)]
+
+
+def slab_scene(expression, place=(-0.5, 0, 0), exits=AWAY):
+    """Sun from above; a glass slab covers x < 0, a wall stands at x = 2; an edit on the floor."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.8), half=1.5)
+    scene.box("It's a slab", (-1.4, -1.4, 0.2), (-0.05, 1.4, 0.3), glass(1.5))
+    scene.camera(looking((0, 0, 0.19), (0, 0, -1)), 1.0)
+    scene.sun((0, 0, -1), 2.0)
+    scene.edit(expression, quad(place, *HALF), exits)
+    return scene
+
+
+def found(scene, **settings):
+    return render(scene, explain_edits=True, **SETTINGS, **settings)
+
+
+def test_what_arrives_instead():
+    """Under the glass an expression for straight light takes nothing; what does arrive is named, and taken by the expression told."""
+    edit = found(slab_scene("L")).edit()
+    assert edit["matched"] == 0 and 0 < edit["crossed"] < edit["probed"]
+    expression, share = edit["arrivals"][0]
+    assert expression == "L'Sun'S'It\\'s a slab'+" and share > 0.9
+    assert all(a[1] >= b[1] for a, b in zip(edit["arrivals"], edit["arrivals"][1:])) and sum(share for _, share in edit["arrivals"]) <= 1 + 1e-9
+    told = words.tell(sluice_core.parse(expression))
+    assert told == "light from Sun, then one or more mirrorings or refractions by It's a slab"
+    assert found(slab_scene(expression)).edit()["matched"] > 100
+    for other, _share in edit["arrivals"]:  # each is an expression
+        sluice_core.check_expression(other, [])
+    assert "no light that matches crossed the entry" in found(slab_scene("L")).statistics["report"]
+
+
+def test_in_the_open_it_comes_straight():
+    edit = found(slab_scene("LS+", (0.6, 0, 0))).edit()
+    assert edit["arrivals"][0][0] == "L'Sun'" and edit["arrivals"][0][1] > 0.8
+
+
+def test_an_edit_that_acts_is_a_witness_too():
+    """Light that the entry takes has crossed it; light that another edit sent there is F, and none crosses an entry in the void."""
+    scene = slab_scene("LS+", exits=[exit_at((0.6, 0, 0.1), *HALF)])
+    scene.edit("LDDDD", quad((0.6, 0, 0.05), *HALF), AWAY, name="Second")
+    scene.edit("L", quad((0, 0, -3), *HALF), AWAY, name="Void")
+    done = found(scene)
+    assert done.edit()["matched"] > 0 and done.edit()["arrivals"][0][0] == "L'Sun'S'It\\'s a slab'+"
+    kinds = [expression for expression, _share in done.edit("Second")["arrivals"]]
+    assert kinds[0] == "L'Sun'" and "L'Sun'S'It\\'s a slab'+F'Edit'" in kinds
+    assert done.edit("Void")["crossed"] == 0 and done.edit("Void")["arrivals"] == []
+
+
+@pytest.mark.parametrize("expression", ["L", "LS+"])
+def test_asking_changes_no_bit_of_the_picture(expression):
+    scene = slab_scene(expression)
+    assert found(scene).hash == render(scene, **SETTINGS).hash
+    assert "arrivals" not in render(scene, **SETTINGS).edit()
+
+
+def test_nothing_is_asked_of_what_the_eye_sees():
+    edit = found(slab_scene("S*E")).edit()
+    assert edit["probed"] == edit["crossed"] == 0 and edit["arrivals"] == []
+
+
+def test_of_long_words_the_ends_are_told():
+    """Slanted sun falls down between two mirrors, from one to the other and back."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.8), half=1.5)
+    for name, x in (("Left", -0.2), ("Right", 0.2)):
+        scene.plane(name, [(x, -1, 0), (x, 1, 0), (x, 1, 3), (x, -1, 3)], mirror())
+    scene.sun((1, 0, -1), 2.0)
+    scene.edit("L", quad((0, 0, 0), (0.2, 0, 0), (0, 0.5, 0)), AWAY)
+    expression, share = found(scene).edit()["arrivals"][0]
+    assert expression in {"L'Sun'.*S'Left'", "L'Sun'.*S'Right'"} and share > 0.3
