@@ -8,15 +8,13 @@ from .panels import Panel
 
 
 class SLUICE_UL_layers(bpy.types.UIList):
-    """Name and expression of each layer; red where the expression is none."""
+    """Name of each layer; red where its expression is none."""
 
     def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name):
         wrong = check(item.expression, known_names(), "en", True).error is not None
-        split = layout.split(factor=0.4)
-        split.prop(item, "name", text="", emboss=False, icon='RENDERLAYERS')
-        row = split.row()
+        row = layout.row()
         row.alert = wrong
-        row.prop(item, "expression", text="", emboss=False)
+        row.prop(item, "name", text="", emboss=False, icon='ERROR' if wrong else 'RENDERLAYERS')
 
 
 class _LayerOperator:

@@ -33,6 +33,7 @@ ENGLISH = {
     "least times": "at least {} times ({})", "between times": "{} to {} times ({})", "none times": "never ({})", "group": "({})",
     "straight": "light straight from {}", "any lamp": "any lamp", "all": "all light from {}, whatever it met",
     "view": "what reaches the eye by {}", "view straight": "what the eye sees directly", "view all": "all that reaches the eye",
+    "to eye": "{}, and on to the eye",
 }
 FRENCH = {
     "L": _feminine("la lumière de toute lampe", "lampes", "la lumière de {}", "lampes nommées {}"),
@@ -51,8 +52,10 @@ FRENCH = {
     "least times": "au moins {} fois ({})", "between times": "{} à {} fois ({})", "none times": "jamais ({})", "group": "({})",
     "straight": "la lumière directe de {}", "any lamp": "toute lampe", "all": "toute la lumière de {}, quoi qu'elle ait rencontré",
     "view": "ce qui atteint l'œil par {}", "view straight": "ce que l'œil voit directement", "view all": "tout ce qui atteint l'œil",
+    "to eye": "{}, et jusqu'à l'œil",
 }
 LANGUAGES = {"en": ENGLISH, "fr": FRENCH}
+_EYE = ("atom", False, (("E", ()),))
 _ANYTHING = ("repeat", ("atom", True, ()), 0, None)
 
 
@@ -70,6 +73,8 @@ class _Teller:
         if tree[0] == "choice":
             return self.say["either"].format(self.say["else"].join(map(self.whole, tree[1:])))
         parts = tree[1:] if tree[0] == "sequence" else (tree,)
+        if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # a layer
+            return self.say["to eye"].format(self.whole(("sequence", *parts[:-1])))
         if _is(parts[0], "L"):
             phrase = {(): "straight", (_ANYTHING,): "all"}.get(parts[1:])
             if phrase:

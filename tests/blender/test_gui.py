@@ -47,6 +47,7 @@ def test_an_artists_hands():
     assert _difference("gizmos_exit", "gizmo_size") > 0.002
     mauve = _pixels("gizmos_exit") - _pixels("gizmos_off")
     assert (np.abs(mauve).max(axis=2) > 0.1).mean() > 0.002  # handles that the switch hides
+    assert _difference("layers", "layers_error") > 0.001
     assert _difference("figures", "no_match") > 0.002
 
 

@@ -43,6 +43,9 @@ TOLD = {
     "LF{1,3}": ("light from any lamp, then 1 to 3 edits", "la lumière de toute lampe, puis 1 à 3 éditions"),
     "S+E": ("what reaches the eye by one or more mirrors or glass", "ce qui atteint l'œil par un ou plusieurs miroirs ou verres"),
     "E": ("what the eye sees directly", "ce que l'œil voit directement"),
+    "L.*E": ("all light from any lamp, whatever it met, and on to the eye", "toute la lumière de toute lampe, quoi qu'elle ait rencontré, et jusqu'à l'œil"),
+    "LE|LDE": ("either light straight from any lamp, and on to the eye, or light from any lamp, then a diffuse bounce, and on to the eye",
+               "soit la lumière directe de toute lampe, et jusqu'à l'œil, soit la lumière de toute lampe, puis un rebond diffus, et jusqu'à l'œil"),
     ".*E": ("all that reaches the eye", "tout ce qui atteint l'œil"),
 }
 

@@ -61,7 +61,7 @@ def steps():
     with in_view():
         bpy.ops.ed.undo_push(message="scene")
     yield None
-    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo list").split():  # some alone, while one works on them
+    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo layers list").split():  # some alone, while one works on them
         yield from globals()[f"{name}_steps"]()
 
 
@@ -162,6 +162,28 @@ def head_of(exit_):
     from sluice import gizmos
     axes, centre = gizmos._frame(exit_)
     return centre + axes.col[2].xyz * gizmos._get_intensity()
+
+
+def layers_steps():
+    """A layer from the button, one step of undo; another whose expression ends too early."""
+    show('VIEW_LAYER')
+    bpy.ops.sluice.add_layer()
+    bpy.ops.ed.undo_push(message="first layer")
+    bpy.ops.sluice.add_layer()
+    bpy.ops.ed.undo_push(message="second layer")
+    layers = bpy.context.view_layer.sluice.layers
+    layers[0].name, layers[0].expression = "Caustics", "L.*S+D[SF]*E"
+    layers[1].name, layers[1].expression = "Moved", "L.*F'Light Edit'.*E"
+    bpy.ops.ed.undo_push(message="what they show")
+    yield "layers"
+    layers[1].expression = "L.*F'Light Edit'"
+    yield "layers_error"
+    assert len(layers) == 2
+    for left in (2, 1):
+        undo()
+        yield None, 0.5
+        assert len(bpy.context.view_layer.sluice.layers) == left
+    assert bpy.context.view_layer.sluice.layers[0].name == "Layer"
 
 
 def list_steps():
