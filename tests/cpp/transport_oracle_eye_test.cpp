@@ -287,6 +287,19 @@ TEST(EyeOracle, each_effect_alone) {
   }
 }
 
+// Layers stand where the parts do, so that 0 and 4, which no photon reaches, are asked without tolerance.
+TEST(EyeOracle, layers) {
+  Stage s = with_mirror();
+  s.scene.materials[1] = mixed(painted({0.3f, 0.5f, 0.9f}), glossy({0.9f, 0.9f, 0.9f}, 0.4f), 0.4f);
+  auto& e = s.edit("In", "L.*S'Mirror'|LD", facing({0, -0.6, 1}, {-0.1, -0.1, 0.4}), 0.3);
+  s.exit(e, facing({0, -0.6, 1}, {0, -0.1, 0.45}), 0.3).hue_shift = 1;
+  auto& v = s.edit("View", "SE|E", facing({0, -0.6, 1}, {0.1, -0.3, 0.6}), 0.3);
+  s.exit(v, facing({0, -0.6, 1}, {-0.1, -0.2, 0.55}), 0.3).intensity = 0.8f;
+  s.scene.layers = {{"straight", "L D'Floor' [SF]* E"}, {"lamp, moved", "L'Lamp'.*F'In'.*E"}, {"gloss of the wall", "L.*G'Wall'.*E"},
+                    {"by two bounces", "L'World'F*(!FF*){2}E"}, {"view of light sources", "L S*F'View'S*E"}};
+  compare("layers", s, Which::Eye, everything, {.passes = 15});
+}
+
 TEST(EyeOracle, random_edits_everywhere) {
   const int count = is_full() ? 8 : 3;
   for (int seed = 1; seed <= count; ++seed) {

@@ -158,9 +158,8 @@ inline void compare(const std::string& name, const Stage& stage, Which which, co
   std::printf("%s (core %.1f s, oracle %.1f s)\n", name.c_str(), core_seconds, seconds() - core_seconds);
   for (std::size_t e = 0; e < counts.edits.size(); ++e)
     std::printf("  %s took %llu paths\n", scene->edits()[static_cast<int>(e)].name.c_str(), static_cast<unsigned long long>(counts.edits[e].matched));
-  static constexpr const char* names[] = {"Direct", "Caustics", "Edited", "Indirect", "Emission"};
   for (const Part part : parts) {
-    const std::string of = names[static_cast<std::size_t>(part)];
+    const std::string of = names_of(*scene)[static_cast<std::size_t>(part)];
     if (is_dark(core, part) && is_dark(oracle, part)) continue;
     std::cout << report_line(of, core, oracle, {part});
     expect_equal(name + " " + of, core, oracle, part);

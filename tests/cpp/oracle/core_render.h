@@ -15,10 +15,16 @@ struct CoreRender {
   double gather_radius = 0.03;   // at y, first pass (m)
 };
 
-inline Regions regions_of(const Film& film, int side, const FrameDescription& frame) {
-  static constexpr const char* names[] = {"Direct", "Caustics", "Edited", "Indirect", "Emission"};
+// The pictures' names: the parts, or the layers in their places.
+inline std::vector<std::string> names_of(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const LayerDescription& layer : scene.edits().layers()) names.push_back(layer.name);
+  return names.empty() ? std::vector<std::string>{"Direct", "Caustics", "Edited", "Indirect", "Emission"} : names;
+}
+
+inline Regions regions_of(const Film& film, int side, const FrameDescription& frame, const std::vector<std::string>& names) {
   Regions out(side);
-  for (int p = 0; p < part_count; ++p) {
+  for (std::size_t p = 0; p < names.size(); ++p) {
     const std::vector<float> image = film.image(names[p]);
     for (int y = 0; y < frame.height; ++y)
       for (int x = 0; x < frame.width; ++x) {
@@ -44,7 +50,8 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
     if (how.guide_per_seed) guide = guide_of();
     PhotonPass photon_pass(scene, settings, effects, pool.size());
     ViewPass view_pass(scene, settings, effects, pool.size());
-    Film film(scene.frame().width, scene.frame().height);
+    const std::vector<std::string> names = names_of(scene);
+    Film film(scene.frame().width, scene.frame().height, scene.edits().layers().empty() ? std::vector<std::string>() : names);
     std::mutex lock;
     PhotonSet photons;
     for (int pass = 0; pass < how.passes; ++pass) {
@@ -54,7 +61,7 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
       (void)view_pass.run(context, photons, pool, cancel, film, lock, of_pass);
       counts += of_pass;
     }
-    out.push_back(regions_of(film, side, scene.frame()));
+    out.push_back(regions_of(film, side, scene.frame(), names));
   }
   return out;
 }

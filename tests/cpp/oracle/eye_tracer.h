@@ -12,9 +12,10 @@ namespace sluice::oracle {
 class EyeTracer {
  public:
   EyeTracer(const SceneDescription& description, const Scene& scene, const TransportSettings& settings)
-      : scene_(scene), settings_(settings), rules_(description, scene, description.max_gates), far_(10 * scene.bounds().diagonal()) {}
+      : scene_(scene), settings_(settings), rules_(description, scene, description.max_gates), far_(10 * scene.bounds().diagonal()),
+        edits_(static_cast<int>(description.edits.size())), layers_(static_cast<int>(description.layers.size())) {}
 
-  // One batch: the mean over `samples` paths per pixel.
+  // One batch: the mean over `samples` paths per pixel. Where the description has layers (five at most), those take the parts' places.
   [[nodiscard]] Regions render(int side, int samples, std::uint64_t seed) {
     Regions out(side);
     random_ = Random(seed);
@@ -228,7 +229,10 @@ class EyeTracer {
       origin = node->eye_side;
       last = node;
     }
-    sum_[static_cast<std::size_t>(part())] += color * eye_factor_;
+    if (layers_ == 0) sum_[static_cast<std::size_t>(part())] += color * eye_factor_;
+    history.word += rules_.words.event(Event::E, -1);
+    for (int layer = 0; layer < layers_; ++layer)
+      if (rules_.words.accepts(edits_ + layer, history.word)) sum_[static_cast<std::size_t>(layer)] += color * eye_factor_;
   }
 
   // Light goes from `origin`, the eye's side of node `from` (null: an emitter), to `to` (null: the eye). Do just those entries take it
@@ -266,6 +270,7 @@ class EyeTracer {
   const TransportSettings& settings_;
   Rules rules_;
   double far_;
+  int edits_, layers_;
   Random random_{0};
   std::vector<Node> nodes_;
   V3d eye_{0}, eye_factor_{1};
