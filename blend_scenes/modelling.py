@@ -21,7 +21,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 def start(width=960, height=540):
     """An empty file with Sluice as its engine and a black world; returns the scene."""
-    for collection in (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.lights, bpy.data.cameras, bpy.data.worlds):
+    for collection in (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.lights, bpy.data.cameras, bpy.data.worlds,
+                       bpy.data.collections):
         for item in list(collection):
             collection.remove(item)
     scene = bpy.context.scene
@@ -29,6 +30,7 @@ def start(width=960, height=540):
         sys.exit("the Sluice add-on is not enabled: start this script with ./run blender -b --python ...")
     scene.render.engine = "SLUICE"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    scene.frame_start = scene.frame_end = 1
     scene.view_settings.view_transform = "Filmic"
     scene.view_settings.look = "Medium High Contrast"
     world((0, 0, 0))
@@ -205,8 +207,8 @@ def bump(item, image, strength, distance=0.001):
 # --- painted textures ---------------------------------------------------------------------------------------------------------------
 
 
-def image(name, pixels):
-    """A texture from an array (rows, columns, 3) of display values in [0, 1], row 0 at the bottom; packed as JPEG."""
+def image(name, pixels, colorspace="sRGB"):
+    """A texture from an array (rows, columns, 3) of stored values in [0, 1], row 0 at the bottom; packed as JPEG."""
     rows, columns, _ = pixels.shape
     drawn = bpy.data.images.new(name, columns, rows)
     drawn.pixels.foreach_set(np.dstack([pixels, np.ones((rows, columns))]).clip(0, 1).astype(np.float32).ravel())
@@ -216,7 +218,7 @@ def image(name, pixels):
         packed = bpy.data.images.load(drawn.filepath_raw)
         packed.pack()
     bpy.data.images.remove(drawn)
-    packed.name, packed.filepath_raw = name, ""
+    packed.name, packed.filepath_raw, packed.colorspace_settings.name = name, "", colorspace
     return packed
 
 
@@ -290,6 +292,20 @@ def camera(location, target, lens=50.0, focus=None, f_stop=8.0):
 
 
 # --- light edits --------------------------------------------------------------------------------------------------------------------
+
+
+def collect(name, items):
+    """The items in a collection of their own, by whose name expressions can mean them all."""
+    collection = bpy.data.collections.new(name)
+    bpy.context.scene.collection.children.link(collection)
+    for item in items:
+        collection.objects.link(item)
+
+
+def aim(turn, rise):
+    """The unit vector that points to -Y turned about Z by degrees, then raised by degrees."""
+    a, b = math.radians(turn), math.radians(rise)
+    return Vector((math.sin(a) * math.cos(b), -math.cos(a) * math.cos(b), math.sin(b)))
 
 
 def _quad_empty(name, location, arrow, along, size):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs inside Blender for tools/demo.py: renders the open scene without and with its edits, for the same time each.
+"""Runs inside Blender for tools/demo.py: renders the open scene without and with its edits, for the same time a picture.
 
-Leaves in the folder `out`, for NAME_without and NAME_with: .png, a multilayer .exr and the engine's progress (.jsonl); and NAME.json,
-which tells the edits. Usage: blender -b scene.blend --python tools/demo_render.py -- OPTIONS, those of tools/demo.py as JSON."""
+Leaves in the folder `out`, for NAME_without and NAME_with: .png, a multilayer .exr and the engine's progress (.jsonl); of an animated
+scene NAME_without_0001 and so on, without .exr. NAME.json tells the edits and the pictures. Usage: blender -b scene.blend --python
+tools/demo_render.py -- OPTIONS, those of tools/demo.py as JSON."""
 
 import json
 import math
@@ -13,13 +14,25 @@ import time
 import bpy
 
 
+def area(quad):
+    """Of an entry or exit, up to a factor that all share."""
+    x, y, _ = (column.to_3d() for column in quad.matrix_world.transposed()[:3])
+    return x.cross(y).length * quad.empty_display_size**2
+
+
+def what_changes(item, entry):
+    """An exit, in numbers and names; `size` is the ratio of lengths."""
+    told, images = item.sluice, ("intensity_texture", "hue_shift_texture", "normal_map")
+    return {"name": item.name, "intensity": told.intensity, "hue_shift": math.degrees(told.hue_shift), "keep_brightness": told.keep_brightness,
+            "size": math.sqrt(area(item) / area(entry)), **{key: image.name for key in images if (image := getattr(told, key))}}  # fmt: skip
+
+
 def edits_of(scene):
     """Each entry with its expression and exits, for captions."""
     found = []
     objects = sorted((o for o in scene.objects if o.sluice.role != "NONE"), key=lambda o: o.sluice.order)
     for entry in (o for o in objects if o.sluice.role == "ENTRY" and o.sluice.enabled):
-        exits = [{"name": o.name, "intensity": o.sluice.intensity, "hue_shift": math.degrees(o.sluice.hue_shift)}
-                 for o in objects if o.sluice.role == "EXIT" and o.sluice.entry == entry]  # fmt: skip
+        exits = [what_changes(o, entry) for o in objects if o.sluice.role == "EXIT" and o.sluice.entry == entry]
         found.append({"name": entry.name, "expression": entry.sluice.expression, "exits": exits})
     return found
 
@@ -33,30 +46,53 @@ def write(scene, path, file_format, **settings):
     bpy.data.images["Render Result"].save_render(path, scene=scene)
 
 
-def render(scene, base, use_edits):
-    scene.sluice.use_edits = use_edits
+def render(scene, base, every_pass):
+    """Returns the seconds it took."""
     os.environ["SLUICE_PROGRESS_LOG"] = base + ".jsonl"
     start = time.monotonic()
     bpy.ops.render.render()  # an error that the engine reports ends the script here
     seconds = time.monotonic() - start
     write(scene, base + ".png", "PNG", color_mode="RGB", color_depth="8", compression=90)
-    write(scene, base + ".exr", "OPEN_EXR_MULTILAYER", color_depth="16", exr_codec="ZIP")
+    if every_pass:
+        write(scene, base + ".exr", "OPEN_EXR_MULTILAYER", color_depth="16", exr_codec="ZIP")
     return seconds
 
 
+def frames_of(scene, most):
+    """The frames to render, evenly spaced; of a still the one it is at."""
+    frames = list(range(scene.frame_start, scene.frame_end + 1))
+    return frames[:: -(-len(frames) // most)]
+
+
+def render_all(scene, options, name):
+    """Name (without suffix), frame and seconds of each picture, by label. Six frames of an animation show it without edits."""
+    animated = scene.frame_end > scene.frame_start
+    made = {}
+    for label, most in (("without", min(6, options["frames"])), ("with", options["frames"])):
+        scene.sluice.use_edits, made[label] = label == "with", []
+        for frame in frames_of(scene, most):
+            scene.frame_set(frame)
+            picture = f"{name}_{label}_{frame:04d}" if animated else f"{name}_{label}"
+            seconds = render(scene, os.path.join(options["out"], picture), every_pass=not animated)
+            made[label].append({"name": picture, "frame": frame, "seconds": seconds})
+    return made
+
+
 def main(options):
-    scene, engine, out = bpy.context.scene, options["engine"], options["out"]
+    scene, engine = bpy.context.scene, options["engine"]
     name = os.path.splitext(os.path.basename(bpy.data.filepath))[0]
     passes, seconds = (options["passes"], 0) if options["passes"] else (1 << 16, options["seconds"])
+    if scene.frame_end > scene.frame_start:
+        seconds /= 6
     scene.render.engine, scene.render.resolution_percentage = engine, options["percent"]
+    scene.sluice.photons = options["photons"] or scene.sluice.photons
     scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes = seconds, 0, passes
     if engine == "CYCLES":
         scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, passes, seconds
     size = [side * options["percent"] // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
     told = {"blender": bpy.app.version_string, "engine": engine, "edits": edits_of(scene), "resolution": size}
-    for label, use_edits in (("without", False), ("with", True)):
-        told[label + "_seconds"] = render(scene, os.path.join(out, f"{name}_{label}"), use_edits)
-    with open(os.path.join(out, name + ".json"), "w") as file:
+    told["pictures"] = render_all(scene, options, name)
+    with open(os.path.join(options["out"], name + ".json"), "w") as file:
         json.dump(told, file, indent=1)
 
 
