@@ -42,6 +42,11 @@ def split_normals(mesh, loop_count):
     return normals.reshape(-1, 3)
 
 
+def matrix(blender_matrix):
+    """(4, 4) float64, rows together; Blender 5's come out with their columns together."""
+    return np.array(blender_matrix, np.float64, order='C')
+
+
 def vertex_positions(mesh):
     """(n, 3) float32. The attribute (3.5) is several times faster than the vertices."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)

@@ -2,6 +2,8 @@
 """The camera, and the part of its frame that is rendered."""
 import numpy as np
 
+from .. import compat
+
 _FITS = {'AUTO': 'Auto', 'HORIZONTAL': 'Horizontal', 'VERTICAL': 'Vertical'}
 
 
@@ -11,7 +13,7 @@ def export_camera(item, matrix_world, warn):
     kind = 'Orthographic' if lens.type == 'ORTHO' else 'Perspective'
     if lens.type not in {'PERSP', 'ORTHO'}:
         warn(item.original.name, "panoramic cameras are not supported: rendered as a perspective one")
-    matrix = _without_scale(np.array(matrix_world, np.float64))
+    matrix = _without_scale(compat.matrix(matrix_world))
     return {
         "name": item.original.name, "kind": kind, "matrix": matrix,
         "lens": lens.lens, "sensor_width": lens.sensor_width, "sensor_height": lens.sensor_height,
@@ -61,8 +63,8 @@ def export_frame(width, height, render):
 def export_view(view_matrix, window_matrix, is_perspective, size):
     """The camera and the frame of a 3D view, from its matrices alone: free views and camera views with any zoom and offset."""
     width, height = size
-    window = np.array(window_matrix, np.float64)
-    matrix = np.linalg.inv(np.array(view_matrix, np.float64))
+    window = compat.matrix(window_matrix)
+    matrix = np.linalg.inv(compat.matrix(view_matrix))
     side = -1 if is_perspective else 1  # which column holds the offset of the view plane, and its sign
     column = 2 if is_perspective else 3
     camera = {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edits: the Empties that are entries, each with the exits that name it."""
-import numpy as np
+from .. import compat
 
 
 def export_edits(objects, context, solo=None):
@@ -56,6 +56,6 @@ def _export_exit(item, ranks, context):
 
 def _export_quad(item, ranks):
     return {
-        "name": item.original.name, "matrix": np.array(item.matrix_world, np.float64),
+        "name": item.original.name, "matrix": compat.matrix(item.matrix_world),
         "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": ranks[item.original.name_full],
     }

@@ -114,7 +114,7 @@ def _export_instance(instance, mesh_index, context):
     return {
         "names": _names(instance, context),
         "mesh": mesh_index,
-        "matrix": np.array(instance.matrix_world, np.float64),
+        "matrix": compat.matrix(instance.matrix_world),
         "materials": [context.material_index(found) for found in _materials(item)],
         "visible_to_camera": bool(camera),
         "casts_shadow": bool(shadow),

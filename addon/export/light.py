@@ -2,8 +2,7 @@
 """Lamps. Power is what the lamp's panel shows (W; sun W/m²); the core knows Cycles' conventions."""
 import math
 
-import numpy as np
-
+from .. import compat
 from .material import light_emission
 
 _KINDS = {'POINT': 'Point', 'SPOT': 'Spot', 'SUN': 'Sun', 'AREA': 'Area'}
@@ -18,7 +17,7 @@ def export_light(item, matrix_world, names, warn):
     description = {
         "names": names,
         "kind": _KINDS[lamp.type],
-        "matrix": np.array(matrix_world, np.float64),
+        "matrix": compat.matrix(matrix_world),
         "color": tuple(color),
         "power": lamp.energy * factor * 2.0 ** getattr(lamp, "exposure", 0.0) * _newer_area(lamp),
         "radius": getattr(lamp, "shadow_soft_size", 0.0),

@@ -83,6 +83,12 @@ def test_normals():
     assert compat.split_normals(custom, 3) is not None and not custom.made
 
 
+def test_matrices_have_their_rows_together():
+    columns = np.asfortranarray(np.arange(16.0).reshape(4, 4))
+    found = compat.matrix(columns)
+    assert found.flags.c_contiguous and found.dtype == np.float64 and (found == columns).all()
+
+
 def test_positions_and_uvs():
     class Mesh:
         vertices = _Values(co=np.arange(6.0).reshape(2, 3))

@@ -105,6 +105,6 @@ def test_overlay_shapes(new_object):
     assert _same_points(corners, [(x, y, 0) for x in (-1, 1) for y in (-2, 2)])
     assert tip[2] > centre[2]
     exit_.empty_display_type = 'PLAIN_AXES'  # has no arrow of its own
-    found = overlay.shapes([entry, exit_])
+    found = overlay.shapes([entry, exit_], bpy.context.scene)
     assert len(found.fills) == 2 and len(found.lines) == 4
     np.testing.assert_allclose(found.lines[-1][0], [centre, np.array(exit_.matrix_world)[:3, 3]])
