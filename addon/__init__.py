@@ -18,10 +18,10 @@ import bpy  # noqa: E402
 
 from . import (  # noqa: E402
     compat, core, edit_list, edit_panels, engine, gizmos, layers, native_panels, operators, overlay, panels, presets, properties, renaming,
-    statistics,
+    statistics, translations,
 )
 
-_rooms = (properties, operators, presets, panels, edit_panels, edit_list, layers, native_panels, engine, overlay, gizmos, renaming,
+_rooms = (translations, properties, operators, presets, panels, edit_panels, edit_list, layers, native_panels, engine, overlay, gizmos, renaming,
           statistics)
 
 

@@ -5,7 +5,7 @@ import functools
 
 import bpy
 
-from . import core, operators, presets, statistics, words
+from . import core, operators, presets, statistics, translations, words
 from .panels import Panel, sentence
 
 
@@ -173,7 +173,9 @@ def _draw_image(layout, edit, name, label):
 def draw_edit(layout, region, item):
     """The whole panel of an edit's Empty."""
     edit = item.sluice
-    layout.row().prop(edit, "role", expand=True)
+    roles = layout.row(align=True)
+    for role, label in (('NONE', "None"), ('ENTRY', "Entry"), ('EXIT', "Exit")):
+        roles.prop_enum(edit, "role", role, text=label, text_ctxt=translations.ROLE)
     layout.use_property_split = True
     if edit.role == 'NONE':
         return

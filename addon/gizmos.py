@@ -4,6 +4,7 @@ border of every quad, to pick it by.
 
 Values go through handlers that ask for the active object each time: a property bound in setup() crashes Blender after undo. Blender
 makes no undo step of what handlers change, so the end of a drag is noticed and makes one."""
+import colorsys
 import math
 
 import bpy
@@ -92,16 +93,17 @@ def _set_intensity(value):
         item.sluice.intensity = 2 ** min(14.0, max(0.0, value / _reach(item))) - 1
 
 
+# Blender's dials count clockwise
 def _get_hue():
     item = _active()
-    return item.sluice.hue_shift if item else 0.0
+    return -item.sluice.hue_shift if item else 0.0
 
 
 def _set_hue(value):
     item = _active()
     if item is not None:
         _begin(item)
-        item.sluice.hue_shift = math.remainder(value, 2 * math.pi)
+        item.sluice.hue_shift = math.remainder(-value, 2 * math.pi)
 
 
 class _Group:
@@ -157,6 +159,11 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
             gizmo.matrix_basis = Matrix.Translation(centre) @ axes
             gizmo.color = overlay.EXIT if is_exit else overlay.ENTRY
         self.intensity.hide = self.hue.hide = not is_exit
+        hue = item.sluice.hue_shift
+        if is_exit and hue != 0:  # the needle shows how far, the colour what becomes of red
+            self.hue.color = colorsys.hsv_to_rgb(hue / (2 * math.pi) % 1, 0.75, 1)
+        if not self.hue.is_modal:  # Blender itself turns the needle of a dial that is dragged
+            self.hue.matrix_basis = self.hue.matrix_basis @ Matrix.Rotation(hue, 4, 'Z')
 
 
 class SLUICE_GT_border(bpy.types.Gizmo):

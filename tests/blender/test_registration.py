@@ -66,3 +66,31 @@ def test_imports_are_relative():
     for path in ADDON.rglob("*.py"):
         for line in path.read_text().splitlines():
             assert not line.strip().startswith(("import sluice", "from sluice")), f"{path}: {line}"
+
+
+def test_labels_have_their_french():
+    """Every label of ours but those that Blender has itself, and no word that nothing uses."""
+    from sluice import operators, translations
+    source = "\n".join(path.read_text() for path in ADDON.glob("*.py") if path.name != "translations.py")
+    assert [word for word in translations.FRENCH if f'"{word}"' not in source] == []
+    blenders = {"Film", "Light", "Performance", "Simplify", "Visibility", "Select", "Solo", "Sluice Shader", "Light Layer"}
+    kinds = (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)
+    labels = {cls.bl_label for kind in kinds for cls in kind.__subclasses__() if cls.__module__.startswith("sluice.") and cls.is_registered}
+    assert labels - blenders - translations.FRENCH.keys() == set()
+    for group in (bpy.context.scene.sluice, bpy.data.objects.new("Empty", None).sluice):
+        names = {item.name for item in group.bl_rna.properties if item.identifier not in {"rna_type", "name"}}
+        assert names - translations.FRENCH.keys() == set()
+    assert {label for _name, label, _description, _icon in operators.ACTIONS} <= translations.FRENCH.keys()
+
+
+def test_french_is_shown():
+    view = bpy.context.preferences.view
+    if "fr_FR" not in bpy.app.translations.locales:
+        import pytest
+        pytest.skip("this Blender has no languages")
+    view.language, view.use_translate_interface = 'fr_FR', True
+    try:
+        shown = bpy.app.translations.pgettext_iface
+        assert (shown("Light Edit"), shown("Exit", "Sluice"), shown("Add Exit", "Operator")) == ("Édition de lumière", "Sortie", "Ajouter une sortie")
+    finally:
+        view.language = 'en_US'

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An artist's hands, with the real core and simulated mouse and keys: an edit from the menu, gizmos dragged, undo, expressions in words
 and with errors, presets, the list of edits, figures after a render."""
+import math
 import os
 import sys
 from pathlib import Path
@@ -26,20 +27,24 @@ def click(at, kind='LEFTMOUSE'):
     press(kind, 'RELEASE', at)
 
 
-def drag(start, end):
+def drag(start, *path):
     """As a hand does it, a little at a time: Blender must draw between the moves."""
     press('MOUSEMOVE', 'NOTHING', start)
     yield None, 0.3
     press('MOUSEMOVE', 'NOTHING', start)
     press('LEFTMOUSE', 'PRESS', start)
     yield None, 0.1
-    for step in range(1, 6):
-        press('MOUSEMOVE', 'NOTHING', [a + (b - a) * step / 5 for a, b in zip(start, end)])
+    for place in path:
+        press('MOUSEMOVE', 'NOTHING', place)
         yield None, 0.05
-    press('LEFTMOUSE', 'RELEASE', end)
+    press('LEFTMOUSE', 'RELEASE', path[-1])
     yield None, 0.2
     press('MOUSEMOVE', 'NOTHING', (5, 5))  # nothing stays highlighted
     yield None, 0.1
+
+
+def line(start, end, steps=5):
+    return [start] + [[a + (b - a) * step / steps for a, b in zip(start, end)] for step in range(1, steps + 1)]
 
 
 def on_screen(place):
@@ -106,14 +111,34 @@ def expression_steps():
     view.language = 'en_US'
     entry.sluice.expression = "LS'Egg'+"
     yield None
+    bpy.ops.ed.undo_push(message="named")
     bpy.data.objects["Egg"].name = "Glass egg"
+    bpy.ops.ed.undo_push(message="Rename")  # as Blender's fields do, before anyone could follow
     yield "renamed"
     assert entry.sluice.expression == "LS'Glass egg'+"
+    yield from undone_rename()
+    bpy.ops.sluice.insert_name('INVOKE_DEFAULT')
+    yield "names", 0.6
+    press('ESC', at=(700, 300))
+    press('ESC', 'RELEASE', at=(700, 300))
+    yield None, 0.3
     bpy.ops.wm.call_panel(name="SLUICE_PT_expressions")
     yield "presets", 0.6
     press('ESC', at=(700, 300))
     press('ESC', 'RELEASE', at=(700, 300))
     yield None, 0.3
+
+
+def undone_rename():
+    """A renaming with what follows it is one step, also after another step upon it."""
+    bpy.data.objects["Light Edit"].sluice.amount = 0.5
+    bpy.ops.ed.undo_push(message="Amount")
+    back, again = bpy.ops.ed.undo, bpy.ops.ed.redo
+    for step, name, amount in ((back, "Glass egg", 1), (back, "Egg", 1), (again, "Glass egg", 1), (again, "Glass egg", 0.5)):
+        step()
+        yield None, 0.3
+        edit = bpy.data.objects["Light Edit"].sluice
+        assert name in bpy.data.objects and (edit.expression, edit.amount) == (f"LS'{name}'+", amount)
 
 
 def gizmo_steps():
@@ -125,7 +150,7 @@ def gizmo_steps():
     yield "gizmos_exit", 0.5
     before = exit_.scale.copy()
     matrix, s = exit_.matrix_world, exit_.empty_display_size
-    yield from drag(on_screen(matrix @ point(s, s)), on_screen(matrix @ point(1.4 * s, 1.4 * s)))
+    yield from drag(*line(on_screen(matrix @ point(s, s)), on_screen(matrix @ point(1.4 * s, 1.4 * s))))
     yield "gizmo_size"
     exit_ = bpy.data.objects["Light Edit Exit"]
     assert exit_.scale.x > 1.15 * before.x and exit_.scale.y > 1.15 * before.y
@@ -135,13 +160,14 @@ def gizmo_steps():
     assert (exit_.scale - before).length < 1e-6 and len(edits()) == 2
     assert bpy.context.scene["mark"] == 1  # no step further back
     head = head_of(exit_)
-    yield from drag(on_screen(head), on_screen(head + 0.6 * (head - exit_.matrix_world.translation)))
+    yield from drag(*line(on_screen(head), on_screen(head + 0.6 * (head - exit_.matrix_world.translation))))
     yield "gizmo_intensity"
     exit_ = bpy.data.objects["Light Edit Exit"]
     assert 1.2 < exit_.sluice.intensity < 4
     undo()
     yield None, 0.5
     assert bpy.data.objects["Light Edit Exit"].sluice.intensity == 1 and bpy.context.scene["mark"] == 1
+    yield from dial_steps()
     area('VIEW_3D').spaces.active.show_gizmo = False
     yield "gizmos_off"
     area('VIEW_3D').spaces.active.show_gizmo = True
@@ -150,6 +176,25 @@ def gizmo_steps():
     yield from drag(on_screen(border), on_screen(border))
     yield "picked"
     assert bpy.context.view_layer.objects.active == bpy.data.objects["Light Edit"]
+
+
+def dial_steps():
+    """A sixth of a turn round the dial is a sixth of the hue circle."""
+    from sluice import gizmos
+    exit_ = bpy.data.objects["Light Edit Exit"]
+    axes, centre = gizmos._frame(exit_)
+    right = area('VIEW_3D').spaces.active.region_3d.view_rotation @ Vector((1, 0, 0))
+    pixels = (Vector(on_screen(centre + right)) - Vector(on_screen(centre))).length  # per metre
+    radius = 0.6 * bpy.context.preferences.view.gizmo_size / pixels
+    turns = [math.radians(200 + 10 * step) for step in range(7)]
+    ring = [on_screen(centre + radius * (math.cos(turn) * axes.col[0].xyz + math.sin(turn) * axes.col[1].xyz)) for turn in turns]
+    yield from drag(*ring)
+    yield "gizmo_hue"
+    hue = bpy.data.objects["Light Edit Exit"].sluice.hue_shift
+    assert abs(hue - math.radians(60)) < 0.1
+    undo()
+    yield None, 0.5
+    assert bpy.data.objects["Light Edit Exit"].sluice.hue_shift == 0 and bpy.context.scene["mark"] == 1
 
 
 def point(x, y):
