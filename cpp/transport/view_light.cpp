@@ -65,8 +65,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
       if (scene_.edits().any_taken(states_, q, {vertex.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
     }
   }
-  for (int a = 0; a < arms.count; ++a) {
-    const Arm& arm = arms.arm[static_cast<std::size_t>(a)];
+  for (const Arm& arm : arms) {
     for (int i = 0; i < count; ++i) {
       const Arrived& at = arrived[static_cast<std::size_t>(i)];
       const ImageSet images = arm.images & (asks_state(arm.joins) ? join(q, event_at(arm.joins, vertex, at.event)) : picture);
@@ -83,7 +82,6 @@ ImageSet ViewTracer::join(StateId q, int joins) noexcept {
 
 // For a state of the pass's photons. Remembered while C stays the same.
 ImageSet ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
-  if (!asks_state(joins)) return picture;
   if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
   if (memo_mark_[q] != memo_now_) {
     memo_mark_[q] = memo_now_;
@@ -96,9 +94,9 @@ ImageSet ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
 // change no bit of it.
 template <class Estimate>
 void ViewTracer::for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate) {
-  const EventMask kinds = vertex.bsdf.events() & gathering;
   const bool is_apart = joins_.is_constrained(joins);
   if (!is_apart && !effects_.layers) return estimate(gathering, Joins::all, images);
+  const EventMask kinds = vertex.bsdf.events() & gathering;
   if (!is_apart && (kinds != gathering || same_event(vertex)))
     return estimate(gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images);
   if (!is_apart) {
@@ -115,17 +113,18 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const int room = settings_.max_depth - path.depth - 1;
   for_each_lobe(path.joins, v, all_images, [&](EventMask mask, int joins, ImageSet asked) {
     ++counts.gathers;
+    const bool asks = asks_state(joins), sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return;
-      ImageSet images = join_photon(photon.q(), joins) & asked;
+      ImageSet images = asks ? join_photon(photon.q(), joins) & asked : picture;
       if (!images) return;
       ++counts.photons_gathered;
-      if (path.hue < 0 && (images & picture)) sum[static_cast<std::size_t>(photon.arrival())] += radiance, images &= ~picture;
+      if (sums) sum[static_cast<std::size_t>(photon.arrival())] += radiance, images &= ~picture;
       if (images) add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, images);
     });
-    if (path.hue >= 0 || !(asked & picture)) return;
+    if (!sums) return;
     add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], picture);
     add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], picture);
   });
@@ -137,19 +136,17 @@ ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, cons
   Arms arms;
   const auto joins_for = [&](Event e) { return asks_words() ? event_at(path.joins, v, e) : path.joins; };
   if (kinds != gathering) {
-    arms.arm[0] = {joins_for(sample.event), sample.weight / square(sample.eta)};
-    arms.count = 1;
+    arms.add({joins_for(sample.event), sample.weight / square(sample.eta), all_images});
     return arms;
   }
   const bool is_one = !effects_.light_edits && path.hue < 0;  // for the picture: layers change no bit of it
   if (is_one) {
     const bool is_all = !effects_.layers || same_event(v);
-    arms.arm[0] = {joins_for(Event::D), eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf, is_all ? all_images : picture};
-    arms.count = 1;
+    arms.add({joins_for(Event::D), eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf, is_all ? all_images : picture});
     if (is_all) return arms;
   }
   for (const Event e : {Event::D, Event::G})
-    arms.arm[static_cast<std::size_t>(arms.count++)] = {joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images};
+    arms.add({joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images});
   return arms;
 }
 
@@ -173,7 +170,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
     length += hit->t;
     const float chance = pass_chance(far_.bsdf);
     arrived = chance < 1 && (chance == 0 || random() >= chance);
-    for (Arm& arm : arms.arm) arm.weight *= arrived ? Color(1 / (1 - chance)) : far_.bsdf.transparency / chance;
+    for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - chance)) : far_.bsdf.transparency / chance;
     ray = ray_from(*hit, sample->wi);
   }
   if (!arrived) return;
@@ -204,7 +201,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
     for (const Crossing& crossing : crossings_) {
       if (crossing.exit != QuadId::entry) continue;
       collect_lamps(crossing.t);
-      for (Arm& arm : arms.arm) arm.joins = joins_.passed(arm.joins, crossing.edit);
+      for (Arm& arm : arms) arm.joins = joins_.passed(arm.joins, crossing.edit);
     }
   }
   collect_lamps(std::numeric_limits<double>::infinity());
@@ -213,21 +210,21 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 // Photon density at y, `length` from v: all photons with q in C that came by way of some vertex.
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
-  for (int i = 0; i < arms.count; ++i) {
-    const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
+  for (const Arm& arm : arms) {
     if (is_black(arm.weight)) continue;
     for_each_lobe(arm.joins, y, arm.images, [&](EventMask mask, int joins, ImageSet asked) {
       ++counts.gathers;
+      const bool asks = asks_state(joins), sums = path.hue < 0 && (asked & picture);
       Color sum(0);
       estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return;
-        ImageSet images = join_photon(photon.q(), joins) & asked;
+        ImageSet images = asks ? join_photon(photon.q(), joins) & asked : picture;
         if (!images) return;
         ++counts.photons_gathered;
-        if (path.hue < 0 && (images & picture)) sum += radiance, images &= ~picture;
+        if (sums) sum += radiance, images &= ~picture;
         if (images) add(Part::Indirect, path, radiance * arm.weight, images);
       });
-      if (path.hue < 0 && (asked & picture)) add(Part::Indirect, path, sum * arm.weight, picture);
+      if (sums) add(Part::Indirect, path, sum * arm.weight, picture);
     });
   }
 }
@@ -253,8 +250,7 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
       radiance *= mis(segment.pdf, choice_pmf(scene_, segment.origin, segment.normal, light) * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
     }
   }
-  for (int i = 0; i < arms.count; ++i) {
-    const Arm& arm = arms.arm[static_cast<std::size_t>(i)];
+  for (const Arm& arm : arms) {
     ImageSet images = arm.images & picture;
     if (asks_state(arm.joins)) {
       const int entity = light >= 0 ? scene_.light_entity(light) : scene_.entity(*hit);

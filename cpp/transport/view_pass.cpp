@@ -31,7 +31,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
         const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
         const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
         samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
-        layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
+        if (context.effects.layers) layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
       }
     tile_counts_[t] = tracer.counts;
     const std::lock_guard lock(film_lock);

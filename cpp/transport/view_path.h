@@ -62,14 +62,22 @@ class ViewTracer {
   };
 
   enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
-  struct Arm {                                                      // one kind of lobe of v through which gathered light reaches the eye
-    int joins = Joins::all;
-    Color weight{0};
-    ImageSet images = all_images;  // that it is for
+  struct Arm {  // one kind of lobe of v through which gathered light reaches the eye
+    int joins;
+    Color weight;
+    ImageSet images;  // that it is for
   };
-  struct Arms {
-    std::array<Arm, 3> arm;
-    int count = 0;
+  class Arms {
+   public:
+    void add(const Arm& arm) noexcept { arms_[count_++] = arm; }
+    [[nodiscard]] Arm* begin() noexcept { return arms_.data(); }
+    [[nodiscard]] Arm* end() noexcept { return arms_.data() + count_; }
+    [[nodiscard]] const Arm* begin() const noexcept { return arms_.data(); }
+    [[nodiscard]] const Arm* end() const noexcept { return arms_.data() + count_; }
+
+   private:
+    std::array<Arm, 3> arms_;
+    std::size_t count_ = 0;
   };
 
   // the path (view_path.cpp)
@@ -101,7 +109,11 @@ class ViewTracer {
   void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
   void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
   [[nodiscard]] static LightSegment segment_of(const ViewPath& path) noexcept { return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, path.is_camera}; }
-  [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept { return {{{{path.joins, Color(1)}, {}}}, 1}; }
+  [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept {
+    Arms arms;
+    arms.add({path.joins, Color(1), all_images});
+    return arms;
+  }
 
   [[nodiscard]] StateId light_state(int light) noexcept {
     return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
