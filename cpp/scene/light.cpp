@@ -22,6 +22,8 @@ bool is_delta(const Light& light) noexcept {
   return false;
 }
 
+bool is_too_near(const Light& light, float pdf) noexcept { return pdf > 0 && pdf < 1 / (2 * pi) && !is_infinite(light) && !is_delta(light); }
+
 std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part, const V2f& u) noexcept {
   const auto visit = [&](const auto& kind) -> std::optional<DirectSample> {
     using Kind = std::decay_t<decltype(kind)>;

@@ -49,8 +49,7 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
 
   if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);
   if (effects.edited) effects.close_arrivals |= bit(Arrival::Edited);
-  // straight light at y is found by next-event estimation, so its photons are not kept
-  effects.stored_arrivals = effects.indirect ? bit(Arrival::Caustic) | bit(Arrival::Edited) | bit(Arrival::Indirect) : effects.close_arrivals;
+  effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
   effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;
 }

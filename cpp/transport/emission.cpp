@@ -55,7 +55,8 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guid
     if (strategies.pmf(s) > 0 && (s == strategy.index || passes_through(candidate, origin, d))) density += strategies.pmf(s) / (pi * square(candidate.radius));
   }
   if (!(density > 0)) return {};
-  return EmittedPhoton{origin, d, V3f(0), eval_infinite_emission(scene, light, d) / (sample->pdf * density), light, true};
+  return EmittedPhoton{origin, d, V3f(0), eval_infinite_emission(scene, light, d) / (sample->pdf * density), light,
+                       {0, origin, -d, V3f(0), 0, 0, 0, 0}, true};
 }
 
 std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide, int light, float u_part, const Distribution::Choice& strategy,
@@ -84,7 +85,8 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const Guide& guide,
     if (s == strategy.index || cone.contains(direction)) density += strategies.pmf(s) * cone_pdf(cone.one_minus_cos);
   }
   if (!(density > 0)) return {};
-  return EmittedPhoton{point->position, direction, point->clearance, eval_emission(scene, light, *point, direction) / (point->pdf_area * density), light};
+  return EmittedPhoton{point->position, direction, point->clearance, eval_emission(scene, light, *point, direction) / (point->pdf_area * density), light,
+                       {0, point->position, point->normal, point->clearance, point->instance, point->triangle, point->u, point->v}};
 }
 
 }  // namespace

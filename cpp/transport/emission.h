@@ -15,6 +15,7 @@ struct EmittedPhoton {
   V3f direction, clearance;
   Color flux;  // W; divide by the number of paths
   int light;
+  Hit emitter;                 // of a mesh light: where it was left
   bool from_infinity = false;  // the origin is only a point of the line: gates behind it count too
 };
 

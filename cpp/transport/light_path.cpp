@@ -13,6 +13,7 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out) {
   key_ = key, draws_ = 0;
+  light_ = photon.light, emitter_ = photon.emitter;
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
@@ -137,9 +138,17 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
   count.energy_out += luminance(copy.flux);
 }
 
-void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
+// Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights too near for it.
+bool LightTracer::is_read(const LightPath& path, const Vertex& vertex) const noexcept {
   const Arrival arrival = arrival_of(path.last);
-  if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return;
+  if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return false;
+  if (arrival != Arrival::Direct) return true;
+  return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
+}
+
+void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
+  if (!is_read(path, vertex)) return;
+  const Arrival arrival = arrival_of(path.last);
   Photon photon;
   photon.position = V3f(vertex.hit.position);
   photon.wi = pack_direction(-path.direction);

@@ -49,6 +49,7 @@ class LightTracer {
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
   void pass_gate(const LightPath& path, const Crossing& crossing) noexcept;
   void push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
+  [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
@@ -60,6 +61,8 @@ class LightTracer {
   Witness* witness_;  // only where someone asks what arrives at an entry (arrivals.h)
   std::array<LightPath, split_budget> branches_;
   int branch_count_ = 0;
+  int light_ = 0;  // where the paths being traced started
+  Hit emitter_{};
   std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits
 };
 

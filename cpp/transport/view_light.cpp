@@ -33,6 +33,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   if (!sample || !(sample->pdf > 0)) return;
   const float pdf_light = choice->pmf * sample->pdf;
   const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
+  if (!at_v && is_too_near(light, sample->pdf)) return;  // without a rival: photon density has it
   const bool has_rival = at_v && !sample->delta && light.casts_shadow;  // lobe sampling may find the light too
 
   // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
@@ -207,7 +208,8 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
   collect_lamps(std::numeric_limits<double>::infinity());
 }
 
-// Photon density at y, `length` from v: all photons with q in C that came by way of some vertex.
+// Photon density at y, `length` from v: all photons with q in C. Those that came straight from a light are kept only where it is too
+// near for next-event estimation.
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
   for (const Arm& arm : arms) {
