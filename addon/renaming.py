@@ -23,8 +23,10 @@ def expression_changed():
 
 
 def _identity(item):
-    """What stays when a datablock is renamed, and through undo."""
-    return getattr(item, "session_uid", None) or item.as_pointer()  # session_uid: 4.1
+    """What stays when a datablock is renamed, and through undo. An address alone may be another's after a deletion."""
+    unique = getattr(item, "session_uid", None)  # 4.1
+    data = getattr(item, "data", None)
+    return unique or (item.as_pointer(), getattr(item, "type", ""), data.as_pointer() if data else 0)
 
 
 def _local(home, name):
@@ -60,17 +62,17 @@ def _changes():
     """{old name: the names to write instead} of what bears another name now."""
     changes = {}
     for (home, name), identity in _bearers.items():
-        there = _local(home, name)
-        item = _find(home, identity) if there is None or _identity(there) != identity else None
+        item = _find(home, identity) if _local(home, name) is None else None  # one that took its place is meant from now on
         if item is not None:
             _past[name] = (home, identity)
             others = any(_local(other, name) is not None for other in _HOMES)  # bear the name too: then all are meant
             changes[name] = [item.name, name] if others else [item.name]
-    for name, (home, identity) in _past.items():  # undo may bring back an expression of before the renaming
-        if name not in changes and all(_local(other, name) is None for other in _HOMES):
-            item = _find(home, identity)
-            if item is not None:
-                changes[name] = [item.name]
+    for name, (home, identity) in list(_past.items()):  # undo may bring back an expression of before the renaming
+        item = _find(home, identity)
+        if item is None:
+            del _past[name]
+        elif name not in changes and all(_local(other, name) is None for other in _HOMES):
+            changes[name] = [item.name]
     return changes
 
 

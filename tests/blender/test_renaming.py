@@ -116,3 +116,14 @@ def test_presets_are_kept_and_read_but_never_run(entry, tmp_path, monkeypatch):
 def _made(path):
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def test_one_that_takes_the_place_and_the_name_is_meant(new_object, entry):
+    """As importers do: the old one goes, a new one comes under its name, others beside it, all in one step."""
+    old = new_object("Egg", bpy.data.meshes.new("Egg"))
+    _set(entry, "LS'Egg'")
+    bpy.data.objects.remove(old)
+    for name in ("Other", "Egg", "Third"):  # one of them may lie where the old one lay
+        new_object(name, bpy.data.meshes.new(name))
+    _update()
+    assert entry.sluice.expression == "LS'Egg'"
