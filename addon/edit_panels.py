@@ -40,7 +40,7 @@ class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
-        return check(properties.expression, (), _language()).told or cls.__doc__
+        return check(properties.expression, (), language()).told or cls.__doc__
 
     def execute(self, context):
         operators.entry_of(context.object).sluice.expression = self.expression
@@ -53,7 +53,7 @@ def known_names():
     return tuple(sorted({*bpy.data.objects.keys(), *bpy.data.collections.keys(), *worlds}))
 
 
-def _language():
+def language():
     """Of the interface: 'fr' for French, where Blender translates what it shows."""
     view = bpy.context.preferences.view
     return bpy.app.translations.locale[:2] if view.use_translate_interface else "en"
@@ -76,7 +76,7 @@ def _draw_expression(layout, region, edit):
 
 def draw_checked(layout, region, edit, is_layer=False):
     """The field `expression` of an edit or of a layer, and what is to be said of it."""
-    found = check(edit.expression, known_names(), _language(), is_layer)
+    found = check(edit.expression, known_names(), language(), is_layer)
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
     row.alert = found.error is not None

@@ -59,6 +59,14 @@ def _selected_faces(context):
     return (np.array(points), np.array(normal)) if points else None
 
 
+def place_of(context, size):
+    """(matrix, whether faces are selected) of where an edit would be made: on the selected faces, else at the 3D cursor."""
+    faces = _selected_faces(context)
+    if faces is not None:
+        return Matrix(placement.fit_quad(*faces)), True
+    return context.scene.cursor.matrix @ Matrix.Scale(size / 2, 4), False
+
+
 ACTIONS = (
     ('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
     ('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
@@ -134,16 +142,12 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
         return context.scene is not None and context.mode in {'OBJECT', 'EDIT_MESH'}
 
     def execute(self, context):
-        faces = _selected_faces(context)
+        matrix, on_faces = place_of(context, self.size)
         if context.mode != 'OBJECT':
             bpy.ops.object.mode_set(mode='OBJECT')
-        if faces is not None:
-            matrix = Matrix(placement.fit_quad(*faces))
-        else:
-            matrix = context.scene.cursor.matrix @ Matrix.Scale(self.size / 2, 4)
         entry = new_empty(context, "Light Edit", matrix, 'ENTRY')
         entry.sluice.expression = self.expression
-        if self.action == 'COPY' and faces is None:  # the cursor is where the entry lies
+        if self.action == 'COPY' and not on_faces:  # the cursor is where the entry lies
             self._stay(context, entry)
             touched = self.change(context, entry, 'MOVE')
         else:
@@ -302,6 +306,9 @@ class SLUICE_MT_add_edit(bpy.types.Menu):
     def draw(self, _context):
         for menu, (_name, label, _description, icon) in zip(_kinds_menus, ACTIONS):
             self.layout.menu(menu.__name__, text=label, icon=icon)
+        self.layout.separator()
+        self.layout.operator_context = 'INVOKE_DEFAULT'
+        self.layout.operator("sluice.edit_light_here", icon='VIEWZOOM')
 
 
 class SLUICE_MT_change_light(bpy.types.Menu):

@@ -171,3 +171,25 @@ def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp
     assert second.matched == 0 and 0 < second.crossed < second.probed and second.arrivals[0][0].startswith("L'Lamp'")
     header = (tmp_path / "out.exr").read_bytes()
     assert b"Sluice edit First" in header and statistics.stamp(second).encode() in header
+
+
+def test_what_arrives_at_a_place(cube_mesh, new_object):
+    """Edit Light Here with the real core: straight light on a floor, in plain words; nothing is left behind in the scene."""
+    from mathutils import Matrix
+    from sluice import arrivals
+    new_object("Floor", cube_mesh(), Matrix.Translation((0, 0, -1)))
+    new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), Matrix.Translation((0, 0, 2)))
+    before = len(bpy.data.objects)
+    session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+    assert session.wait(60)
+    expression, share = arrivals.answer(session)[0]
+    assert expression == "L'Lamp'" and share > 0.9
+    assert arrivals.told(expression, share).endswith("%   light straight from Lamp")
+    assert bpy.ops.sluice.edit_light_here() == {'FINISHED'} and len(bpy.data.objects) == before
+
+
+def test_a_wrong_edit_is_told_where_light_is_asked_for(entries):
+    entries[0].sluice.expression = "L("
+    bpy.data.objects["First Exit"].location.x = 5
+    with pytest.raises(RuntimeError, match="First: column 3"):
+        bpy.ops.sluice.edit_light_here()

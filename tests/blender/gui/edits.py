@@ -96,6 +96,24 @@ def menu_steps():
     undo()
     yield None, 0.5
     assert len(edits()) == 2
+    yield from here_steps(middle)
+
+
+def here_steps(middle):
+    """Which light falls at the cursor, in a menu; its first line becomes an edit."""
+    bpy.data.objects["Light Edit"].sluice.enabled = False
+    press('MOUSEMOVE', 'NOTHING', middle)
+    bpy.ops.sluice.edit_light_here('INVOKE_DEFAULT')
+    yield "arrives_here", 4
+    press('RET', at=middle)
+    press('RET', 'RELEASE', at=middle)
+    yield "edited_here", 0.5
+    added = bpy.context.object.sluice  # moved, though the last one was dimmed; the box's light comes from the world above all
+    assert len(edits()) == 4 and added.intensity == 1 and added.entry.sluice.expression == "L'World'"
+    undo()
+    yield None, 0.5
+    assert len(edits()) == 2
+    bpy.data.objects["Light Edit"].sluice.enabled = True
 
 
 def expression_steps():

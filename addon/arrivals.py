@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edit Light Here: asks the core which kinds of light arrive at a place, and offers an edit for each. No grammar needed.
+
+A short session of its own with an entry that takes nothing (no path has two lamps); the core tells what crosses it."""
+import bpy
+import numpy as np
+
+from . import compat, core, export, final, operators, words
+from .edit_panels import language
+from .export.names import Names
+from .export.settings import export_settings
+
+_PLACE, _NOTHING = "Edit Light Here", "LL"
+_POLL = 0.1
+
+
+def ask(depsgraph, collections, matrix):
+    """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
+    context = export.Context(Names(collections))
+    matrix = compat.matrix(matrix)
+    camera = {"name": _PLACE, "kind": 'Orthographic', "matrix": matrix, "ortho_scale": 1.0, "sensor_fit": 'Horizontal',
+              "sensor_width": 36.0, "sensor_height": 36.0, "clip_start": 0.0, "clip_end": 1.0, "aperture_radius": 0.0}
+    frame = {"width": 4, "height": 4, "x0": 0, "y0": 0, "x1": 4, "y1": 4, "pixel_aspect_x": 1.0, "pixel_aspect_y": 1.0,
+             "filter_width": 1.0, "filter_box": True}
+    description = export.export_scene(depsgraph, camera, frame, context)
+    quad = {"name": _PLACE, "matrix": matrix, "half_size": 1.0, "offset": 0.0, "order": 1 + len(depsgraph.objects)}
+    description["edits"].append({"entry": quad, "expression": _NOTHING, "enabled": True, "repeat": False, "amount": 1.0,
+                                 "feather": 0.0, "exits": [], "collections": []})
+    settings = {**export_settings(depsgraph.scene_eval), "passes": 1, "photons": 64, "time_limit": 0.0, "error_target": 0.0,
+                "use_edits": True, "explain_edits": True}
+    session = core.new_session()
+    session.start(description, settings)
+    return session
+
+
+def answer(session):
+    """[(expression, share)] of a session that is over; a Failure if it could not tell."""
+    progress = session.progress()
+    if progress["state"] == 'failed':
+        raise final.core_failure(progress)
+    found = [row for row in session.statistics()["edits"] if row["name"] == _PLACE]
+    return found[0].get("arrivals", []) if found else []
+
+
+def told(expression, share):
+    """One line of the menu: 62 %, light from Lamp, then one or more mirrors or glass."""
+    return f"{100 * share:.0f} %   {words.tell(core.load().parse(expression), language())}"
+
+
+class SLUICE_OT_edit_light_here(bpy.types.Operator):
+    """Find which light falls on the selected faces, or at the 3D cursor, and choose the one to edit"""
+
+    bl_idname = "sluice.edit_light_here"
+    bl_label = "Edit Light Here"
+    bl_options = {'REGISTER'}
+
+    size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor", subtype='DISTANCE', default=1.0,
+                                  min=1e-4, soft_max=10.0)
+
+    @classmethod
+    def poll(cls, context):
+        return operators.SLUICE_OT_add_edit.poll(context)
+
+    def execute(self, context):
+        """Waits for the answer (scripts); the menu is for invoke."""
+        try:
+            session = self._ask(context)
+            while not session.wait(_POLL):
+                pass
+            self._offer(context, answer(session))
+        except Exception as error:
+            return self._fail(error)
+        return {'FINISHED'}
+
+    def invoke(self, context, _event):
+        try:
+            self._session = self._ask(context)
+        except Exception as error:
+            return self._fail(error)
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(_POLL, window=context.window)
+        manager.modal_handler_add(self)
+        context.workspace.status_text_set("Looking for the light that arrives here. Esc: stop")
+        return {'RUNNING_MODAL'}
+
+    def modal(self, context, event):
+        if event.type == 'ESC':
+            self.cancel(context)
+            return {'CANCELLED'}
+        if event.type != 'TIMER' or not self._session.wait(0):
+            return {'PASS_THROUGH'}
+        self.cancel(context)
+        try:
+            self._offer(context, answer(self._session))
+        except Exception as error:
+            return self._fail(error)
+        return {'FINISHED'}
+
+    def cancel(self, context):
+        self._session.cancel()
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+
+    def _ask(self, context):
+        matrix = np.array(operators.place_of(context, self.size)[0])
+        return ask(context.evaluated_depsgraph_get(), bpy.data.collections, matrix)
+
+    def _fail(self, error):
+        self.report({'ERROR'}, str(final.as_failure(error)))
+        return {'CANCELLED'}
+
+    def _offer(self, context, arrivals):
+        if not arrivals:
+            self.report({'INFO'}, "No light arrives here")
+            return
+        if bpy.app.background:
+            return
+        size = self.size
+
+        def draw(menu, _context):
+            for expression, share in arrivals:
+                row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
+                row.expression, row.action, row.size = expression, 'MOVE', size  # else Blender takes those of last time
+
+        context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')
+
+
+def register():
+    bpy.utils.register_class(SLUICE_OT_edit_light_here)
+
+
+def unregister():
+    bpy.utils.unregister_class(SLUICE_OT_edit_light_here)
