@@ -98,7 +98,7 @@ def _draw():
 
 
 def _draw_names():
-    """The name of each edit at its highest corner, in a pale form of its colour."""
+    """The name of each edit in a pale form of its colour: an entry's above it, an exit's below, as one may lie on the other."""
     import blf
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
@@ -108,12 +108,13 @@ def _draw_names():
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
         if None in corners:
             continue
-        place = max(corners, key=lambda corner: corner.y)
+        above = item.sluice.role == 'ENTRY'
+        place = (max if above else min)(corners, key=lambda corner: corner.y)
         compat.text_size(blf, size)
         blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))
         blf.enable(0, blf.SHADOW)
         blf.shadow(0, 3, 0, 0, 0, 0.8)
-        blf.position(0, place.x + 4, place.y + 4, 0)
+        blf.position(0, place.x + 4, place.y + (4 if above else -4 - size), 0)
         blf.draw(0, item.name)
         blf.disable(0, blf.SHADOW)
 

@@ -28,9 +28,11 @@ def _nouns(_self, context):
     found += [("X", item.name, "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
         found.append(("L", scene.world.name, "the world", 'WORLD'))
-    _items[:] = [(f"{kind}:{name}", f"{kind}{names.quoted([name])}  {told}", "", icon, number)
-                 for number, (kind, name, told, icon) in enumerate(found)]
-    return _items or [("", "Nothing to name", "")]
+    found = {f"{kind}:{name}": (f"{kind}{names.quoted([name])}  {told}", icon) for kind, name, told, icon in found}
+    items = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(found.items())] or [("", "Nothing to name", "")]
+    if items != _items:  # strings that Blender may still show live on
+        _items[:] = items
+    return _items
 
 
 class OnEntry:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the last final render found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
 
-Kept by the name of the entry until the next render or file; panels, the list of edits and the overlay ask it."""
+Kept by the name of the entry until the next render or file; view layers add to each other. Panels, the list of edits and the overlay
+ask it."""
 from collections import namedtuple
 
 import bpy
@@ -17,7 +18,7 @@ def remember(session):
     """Keeps a finished session's figures. From the render's thread: one assignment, no Blender data."""
     global _found
     passes = max(1, session.progress()["pass"])
-    _found = {row["name"]: _read(row, passes) for row in session.statistics().get("edits", ())}
+    _found = {**_found, **{row["name"]: _read(row, passes) for row in session.statistics().get("edits", ())}}
 
 
 def _read(row, passes):
@@ -90,11 +91,11 @@ def _redraw(*_):
 
 
 @bpy.app.handlers.persistent
-def _file_loaded(*_):
+def _begin(*_):
     forget()
 
 
-_handlers = {"render_complete": _redraw, "load_post": _file_loaded}
+_handlers = {"render_init": _begin, "render_complete": _redraw, "load_post": _begin}
 
 
 def register():

@@ -170,6 +170,9 @@ def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp
     assert third is None  # it did not act
     assert second.matched == 0 and 0 < second.crossed < second.probed and second.arrivals[0][0].startswith("L'Lamp'")
     header = (tmp_path / "out.exr").read_bytes()
+    entries[1].sluice.enabled = False
+    bpy.ops.render.render()
+    assert statistics.of("First") is not None and statistics.of("Second") is None  # of a render before
     assert b"Sluice edit First" in header and statistics.stamp(second).encode() in header
 
 
