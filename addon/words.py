@@ -20,7 +20,7 @@ ENGLISH = {
     "L": Noun("light from any lamp", "lamps", "light from {}", "lamps called {}"),
     "E": Noun("the eye", "eyes", "the eye {}", "eyes called {}"),
     "D": Noun("a diffuse bounce", "diffuse bounces", "a diffuse bounce off {}", "diffuse bounces off {}"),
-    "S": Noun("a mirror or glass", "mirrors or glass", "a mirroring or refraction by {}", "mirrorings or refractions by {}"),
+    "S": Noun("a mirror or glass", "mirrors or glass", "a reflection or refraction by {}", "reflections or refractions by {}"),
     "G": Noun("a glossy bounce", "glossy bounces", "a glossy bounce off {}", "glossy bounces off {}"),
     "X": Noun("a surface", "surfaces", "{}, in whatever way", "meetings with {}"),
     "F": Noun("an edit", "edits", "the edit {}", "passages through the edit {}"),

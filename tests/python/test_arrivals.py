@@ -35,7 +35,7 @@ def test_what_arrives_instead():
     assert expression == "L'Sun'S'It\\'s a slab'+" and share > 0.9
     assert all(a[1] >= b[1] for a, b in zip(edit["arrivals"], edit["arrivals"][1:])) and sum(share for _, share in edit["arrivals"]) <= 1 + 1e-9
     told = words.tell(sluice_core.parse(expression))
-    assert told == "light from Sun, then one or more mirrorings or refractions by It's a slab"
+    assert told == "light from Sun, then one or more reflections or refractions by It's a slab"
     assert found(slab_scene(expression)).edit()["matched"] > 100
     for other, _share in edit["arrivals"]:  # each is an expression
         sluice_core.check_expression(other, [])

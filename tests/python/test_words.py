@@ -23,7 +23,7 @@ TOLD = {
     "L": ("light straight from any lamp", "la lumière directe de toute lampe"),
     "L'Sun,Sky'": ("light straight from Sun or Sky", "la lumière directe de Sun ou Sky"),
     "LS+": ("light from any lamp, then one or more mirrors or glass", "la lumière de toute lampe, puis un ou plusieurs miroirs ou verres"),
-    "LS'Egg'+": ("light from any lamp, then one or more mirrorings or refractions by Egg",
+    "LS'Egg'+": ("light from any lamp, then one or more reflections or refractions by Egg",
                  "la lumière de toute lampe, puis un ou plusieurs reflets ou réfractions par Egg"),
     "L.*": ("all light from any lamp, whatever it met", "toute la lumière de toute lampe, quoi qu'elle ait rencontré"),
     "L.+": ("light from any lamp, then one or more bounces of any kind", "la lumière de toute lampe, puis un ou plusieurs rebonds quelconques"),
