@@ -32,6 +32,7 @@ ENGLISH = {
     "some times": "one or more times ({})", "any times": "any number of times ({})", "exactly times": "{} times ({})",
     "least times": "at least {} times ({})", "between times": "{} to {} times ({})", "none times": "never ({})", "group": "({})",
     "straight": "light straight from {}", "any lamp": "any lamp", "all": "all light from {}, whatever it met",
+    "last": "light from {}, last by {}", "scattered": "scattered light from {}, last by {}",
     "view": "what reaches the eye by {}", "view straight": "what the eye sees directly", "view all": "all that reaches the eye",
     "to eye": "{}, and on to the eye",
 }
@@ -51,12 +52,14 @@ FRENCH = {
     "some times": "une ou plusieurs fois ({})", "any times": "un nombre quelconque de fois ({})", "exactly times": "{} fois ({})",
     "least times": "au moins {} fois ({})", "between times": "{} à {} fois ({})", "none times": "jamais ({})", "group": "({})",
     "straight": "la lumière directe de {}", "any lamp": "toute lampe", "all": "toute la lumière de {}, quoi qu'elle ait rencontré",
+    "last": "la lumière de {}, en dernier par {}", "scattered": "la lumière diffusée de {}, en dernier par {}",
     "view": "ce qui atteint l'œil par {}", "view straight": "ce que l'œil voit directement", "view all": "tout ce qui atteint l'œil",
     "to eye": "{}, et jusqu'à l'œil",
 }
 LANGUAGES = {"en": ENGLISH, "fr": FRENCH}
 _EYE = ("atom", False, (("E", ()),))
 _ANYTHING = ("repeat", ("atom", True, ()), 0, None)
+_NOT_MIRROR = ("atom", True, (("S", ()),))
 
 
 def tell(tree, language="en"):
@@ -76,9 +79,14 @@ class _Teller:
         if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # a layer
             return self.say["to eye"].format(self.whole(("sequence", *parts[:-1])))
         if _is(parts[0], "L"):
+            lamp = self._names(parts[0][2][0][1]) or self.say["any lamp"]
             phrase = {(): "straight", (_ANYTHING,): "all"}.get(parts[1:])
             if phrase:
-                return self.say[phrase].format(self._names(parts[0][2][0][1]) or self.say["any lamp"])
+                return self.say[phrase].format(lamp)
+            if len(parts) == 4 and parts[1:3] == (_ANYTHING, _NOT_MIRROR):
+                return self.say["scattered"].format(lamp, self.node(parts[3]))
+            if len(parts) > 2 and parts[1] == _ANYTHING:
+                return self.say["last"].format(lamp, self._join(parts[2:]))
         if _is(parts[-1], "E"):
             if len(parts) == 1:
                 return self.say["view straight"]

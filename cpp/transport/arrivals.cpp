@@ -54,11 +54,14 @@ std::string symbol(const Scene& scene, const Witness::Step& step) {
   return letter + quoted(scene.entities()[static_cast<std::size_t>(step.thing)].names.front());
 }
 
-// An expression for a word and its like: the same event over and over is one with +, and of a long word the ends count.
+// An expression for a word and its like. The same event over and over is one with +. Of light that was scattered on its way only the
+// end counts, what it met last: L.*D'Wall', or L.*!S S'Egg'+ after mirrors and glass. Of a long word without, the two ends.
 std::string expression_for(const Scene& scene, const Witness& witness, int word) {
   std::vector<std::string> symbols;  // backwards
   std::vector<bool> repeats;
+  bool scattered = false;
   for (int at = word; at >= 0; at = witness.step(at).before) {
+    scattered |= witness.step(at).kind == Event::D || witness.step(at).kind == Event::G;
     std::string next = symbol(scene, witness.step(at));
     if (!symbols.empty() && symbols.back() == next) {
       repeats.back() = true;
@@ -67,12 +70,14 @@ std::string expression_for(const Scene& scene, const Witness& witness, int word)
     symbols.push_back(std::move(next));
     repeats.push_back(false);
   }
-  std::string text;
-  const bool shorten = symbols.size() > longest;
-  for (std::size_t i = symbols.size(); i-- > 0;) {
-    if (shorten && i == symbols.size() - 2) text += ".*";
-    if (!shorten || i == 0 || i == symbols.size() - 1) text += symbols[i] + (repeats[i] ? "+" : "");
+  const auto written = [&](std::size_t i) { return symbols[i] + (repeats[i] ? "+" : ""); };
+  if (scattered) {
+    const bool is_followed = witness.step(word).kind == Event::S;
+    return is_followed ? "L.*!S" + symbols[0] + "+" : "L.*" + symbols[0];
   }
+  if (symbols.size() > longest) return written(symbols.size() - 1) + ".*" + written(0);
+  std::string text;
+  for (std::size_t i = symbols.size(); i-- > 0;) text += written(i);
   return text;
 }
 
