@@ -42,7 +42,7 @@ def lights():
 
 def edits():
     caustic = m.entry("Wine's caustics", "LS*S'Wine'S*", (0.22, 0.12, 0), (0, 0, 1), (1, 0, 0), (0.36, 0.26))
-    m.exit_of(caustic, "Caustics on the wall", (0.16, WALL_Y, 0.32), (0, -1, 0), (1, 0, 0), (0.48, 0.35), intensity=3.0)
+    m.exit_of(caustic, "Caustics on the wall", (0.16, WALL_Y, 0.32), (0, -1, 0), (1, 0, 0), (0.48, 0.35), intensity=2.0)
     x, y, z = MIRROR
     sight = m.entry("Reflection", "S'Mirror'E", (x, y - props.FRAME_FRONT, z), (0, -1, 0), (1, 0, 0), MIRROR_SIZE)
     m.exit_of(sight, "Sight of the goblets", (x - 0.02, y - 0.16, z), m.aim(80, -22), m.aim(170, 0), MIRROR_SIZE)

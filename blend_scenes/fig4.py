@@ -22,7 +22,7 @@ def lens():
     """A biconvex lens in a brass ring on a foot, turned towards the lamp."""
     radius, bulge = 0.085, 0.013
     side = [(radius * t, bulge * (1 - t * t)) for t in np.linspace(0, 1, 25)]
-    profile = [(0, -bulge), *[(r, -z - 0.001) for r, z in side[1:]], *[(r, z + 0.001) for r, z in side[:0:-1]], (0, bulge)]
+    profile = [(0, -bulge - 0.001), *[(r, -z - 0.001) for r, z in side[1:]], *[(r, z + 0.001) for r, z in side[:0:-1]], (0, bulge + 0.001)]
     glass = m.lathe("Lens", profile, LENS, m.glass("Rose", (1.0, 0.50, 0.32)), segments=128, levels=0)
     brass = m.mirror("Brass", (0.82, 0.60, 0.30), roughness=0.2)
     rim = props.ring("Lens ring", LENS, radius + 0.004, 0.0045, brass)

@@ -35,7 +35,7 @@ def room():
 def edits():
     """Entry and exit are one upright square between wall and sculpture; it only turns the hue."""
     square = ((-0.35, 0.17, 1.0), (1, 0, 0), (0, 1, 0), (1.16, 2.0))
-    light = m.entry("Green on the sculpture", "L.*D'Green wall'", *square)
+    light = m.entry("Green on the sculpture", "L.*D'Green wall'", *square, feather=0.3)
     m.exit_of(light, "Red instead", *square, hue_shift=math.radians(-125))
 
 
@@ -48,5 +48,5 @@ m.light("Sun", "SPOT", (1.5, -1.3, 1.9), 420.0, (1.0, 0.93, 0.82), target=(LEFT,
 m.light("Sky", "AREA", (1.2, -2.2, 2.2), 24.0, (0.84, 0.92, 1.0), target=(0, 0.2, 0.4), shape="RECTANGLE", size=1.6, size_y=1.6)
 edits()
 m.camera((0.06, -2.25, 0.78), (-0.02, 0.1, 0.50), lens=44)
-scene.sluice.passes, scene.sluice.photons = 64, 250000
+scene.sluice.passes, scene.sluice.photons = 64, 600000
 m.save(__file__)

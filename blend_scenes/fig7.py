@@ -10,21 +10,21 @@ import modelling as m
 import props
 
 SIZE = (0.22, 0.20)
-EXITS = (("In its place, amber", 0), ("Behind, green", 90), ("Left, blue", 180), ("In front, rose", -70))  # hue in degrees
+EXITS = (("In its place, amber", 0, 1), ("Behind, green", 90, 0.75), ("Left, blue", 180, 0.75), ("In front, rose", -70, 1))  # hue in degrees, scale
 FIRST = -40  # degrees: where the lamp throws the caustic
 
 
 def edits():
     """The exits lie round the egg: one where the entry is, the others a little farther away."""
 
-    def place(turn, away):
+    def place(turn, away, scale=1):
         a = math.radians(FIRST + turn)
         along = (math.cos(a), math.sin(a), 0)
-        return (away * along[0], away * along[1], 0), (0, 0, 1), along, SIZE
+        return (away * along[0], away * along[1], 0), (0, 0, 1), along, (scale * SIZE[0], scale * SIZE[1])
 
     caustic = m.entry("Caustic", "L.*S'Egg'S'Egg'", *place(0, 0.13))
-    for i, (name, hue) in enumerate(EXITS):
-        m.exit_of(caustic, name, *place(90 * i, 0.20 if i else 0.13), hue_shift=math.radians(hue))
+    for i, (name, hue, scale) in enumerate(EXITS):
+        m.exit_of(caustic, name, *place(90 * i, 0.20 if i else 0.13, scale), hue_shift=math.radians(hue))
 
 
 scene = m.start()
