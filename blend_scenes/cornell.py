@@ -53,5 +53,5 @@ m.sphere("Glass sphere", 0.30, (0.62, -0.25, -0.50), m.glass("Amber glass", (1.0
 m.sphere("Mirror sphere", 0.36, (-0.62, 0.30, -0.44), m.mirror("Mirror"))
 edits()
 m.camera((0, -4.2, 0.25), (0, 0, 0.25), lens=41).data.shift_y = -0.085
-scene.sluice.passes, scene.sluice.photons = 64, 250000
+scene.sluice.passes, scene.sluice.photons = 64, 60000
 m.save(__file__)

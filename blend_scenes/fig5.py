@@ -27,8 +27,8 @@ def edits():
     wall = ((0, -1, 0), (1, 0, 0))
     spots = [(x * 1.22, -0.16, 0) for x in PLACES]
     m.entry("Blue caustic", "LS'Globe'+", spots[0], *down, size)
-    amber = m.entry("Amber caustic", "LS'Blossom'+", spots[1], *down, size)
-    m.exit_of(amber, "On the wall", (0, WALL_Y, 0.20), *wall, (0.39, 0.45))
+    amber = m.entry("Amber caustic", "LS'Blossom'+", (0, -0.08, 0), *down, (0.22, 0.14))
+    m.exit_of(amber, "On the wall", (0, WALL_Y, 0.21), *wall, (0.33, 0.21))
     rose = m.entry("Rose caustic", "LS'Pear'+", spots[2], *down, size)
     m.exit_of(rose, "In its place", spots[2], *down, size)
     m.exit_of(rose, "Larger on the wall", (0.37, WALL_Y, 0.20), *wall, (0.31, 0.36))

@@ -104,11 +104,11 @@ def painting():
 
 
 def lights():
-    m.world((0.50, 0.66, 0.95), 0.8)
+    m.world((0.50, 0.66, 0.95), 0.3)
     y0, y1, z0, z1 = WINDOW
-    m.light("Sky", "AREA", (-X - WALL - 0.05, (y0 + y1) / 2, (z0 + z1) / 2), 55.0, (0.62, 0.78, 1.0), target=(0, (y0 + y1) / 2, (z0 + z1) / 2),
+    m.light("Sky", "AREA", (-X - WALL - 0.05, (y0 + y1) / 2, (z0 + z1) / 2), 80.0, (0.62, 0.78, 1.0), target=(0, (y0 + y1) / 2, (z0 + z1) / 2),
             shape="RECTANGLE", size=y1 - y0, size_y=z1 - z0)  # fmt: skip  # the sky as it fills the window: no photon misses the room
-    m.light("Sun", "SUN", (-6, -0.5, 5), 17.0, (1.0, 0.86, 0.66), target=(-0.9, -0.75, 0), angle=math.radians(0.53))
+    m.light("Sun", "SUN", (-6, -0.5, 5), 3.5, (1.0, 0.86, 0.66), target=(-0.9, -0.75, 0), angle=math.radians(0.53))
 
 
 def edits():
@@ -124,6 +124,6 @@ furniture()
 lights()
 edits()
 m.camera((0.0, -3.55, 1.42), (0.12, 0.6, 0.80), lens=25)
-scene.view_settings.exposure = 0.6
-scene.sluice.passes, scene.sluice.photons = 64, 200000
+scene.view_settings.exposure = 0.8
+scene.sluice.passes, scene.sluice.photons = 64, 50000
 m.save(__file__)

@@ -108,7 +108,7 @@ def strip(pictures: list[tuple[str, Path]], path: Path, columns: int = 3, gap: i
     columns = min(columns, len(frames))
     lines = -(-len(frames) // columns)
     whole = Image.new("RGB", (columns * (width + gap) - gap, lines * (height + gap) - gap), PAPER)
-    font = ImageFont.truetype(matplotlib.font_manager.findfont("DejaVu Sans"), max(8, height // 18))
+    font = ImageFont.truetype(matplotlib.font_manager.findfont("DejaVu Sans"), max(10, height // 12))
     for i, ((label, _), frame) in enumerate(zip(pictures, frames, strict=True)):
         ImageDraw.Draw(frame).text((height // 20, height // 24), label, fill=PAPER, font=font)
         whole.paste(frame, (i % columns * (width + gap), i // columns * (height + gap)))
