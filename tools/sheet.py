@@ -102,7 +102,7 @@ def _fitted(path: Path, width: int) -> np.ndarray:
 
 
 def strip(pictures: list[tuple[str, Path]], path: Path, columns: int = 3, gap: int = 6):
-    """Frames of an animation, a few to a line, the label of each in its corner."""
+    """Frames of an animation, a few to a line, the label of each in its lower corner."""
     frames = [Image.open(picture).convert("RGB") for _, picture in pictures]
     width, height = frames[0].size
     columns = min(columns, len(frames))
@@ -110,7 +110,7 @@ def strip(pictures: list[tuple[str, Path]], path: Path, columns: int = 3, gap: i
     whole = Image.new("RGB", (columns * (width + gap) - gap, lines * (height + gap) - gap), PAPER)
     font = ImageFont.truetype(matplotlib.font_manager.findfont("DejaVu Sans"), max(10, height // 12))
     for i, ((label, _), frame) in enumerate(zip(pictures, frames, strict=True)):
-        ImageDraw.Draw(frame).text((height // 20, height // 24), label, fill=PAPER, font=font)
+        ImageDraw.Draw(frame).text((height // 20, height - height // 7), label, fill=PAPER, font=font)
         whole.paste(frame, (i % columns * (width + gap), i // columns * (height + gap)))
     whole.save(path)
 
