@@ -15,5 +15,6 @@ using EventMask = std::uint8_t;
 inline constexpr EventMask gathering = mask_of(Event::D) | mask_of(Event::G);  // lobes that end a view path
 inline constexpr EventMask followed = mask_of(Event::S);                       // lobes that extend it
 inline constexpr EventMask any_lobe = gathering | followed;
+inline constexpr EventMask any_event = (1u << event_count) - 1;
 
 }  // namespace sluice

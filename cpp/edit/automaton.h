@@ -16,6 +16,7 @@ namespace sluice {
 // What an event happened at: an object with its collections, a light, the world, the camera. Names as expressions write them.
 struct Entity {
   std::vector<std::string> names;
+  EventMask events = any_event;  // what can happen there at all
 };
 
 // Events with equal signature (the set of symbols that match them) share a class.

@@ -207,6 +207,24 @@ class EditsBuilder {
     for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));  // one that is off still exists by name
     warn_unknown_names(rules, entities, known, warnings_);
     edits_.automata_ = compile_automata(rules, entities, gates);
+    find_reach(entities);
+  }
+
+  // View paths go on by S alone: at the first D or G lobe they end.
+  void find_reach(std::span<const Entity> entities) {
+    for (const Side side : {Side::Light, Side::View}) {
+      const bool light = side == Side::Light;
+      std::vector<char> occurs(static_cast<std::size_t>(edits_.automata_.alphabet.size()), 0);
+      for (std::size_t i = 0; i < entities.size(); ++i)
+        for (const Event e : {Event::L, Event::D, Event::S, Event::G})
+          if ((entities[i].events & mask_of(e)) && (light || e == Event::S)) occurs[edits_.event_class(e, static_cast<int>(i))] = 1;
+      if (!light) occurs[edits_.event_class(Event::E, -1)] = 1;
+      for (int i = 0; i < edits_.size(); ++i) occurs[edits_.gate_class(i)] = 1;
+      edits_.reach_[light ? 0 : 1] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size());
+    }
+    for (int i = 0; i < edits_.size(); ++i)
+      if (!contains(edits_.takers(edits_[i].side), i))
+        warnings_.push_back({edits_[i].name, "no path of this scene can match its expression (lights, materials and names as they are); the edit does nothing"});
   }
 
   void index_quads() {

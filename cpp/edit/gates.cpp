@@ -30,6 +30,14 @@ float soft_border(double x, float width) noexcept {
   return static_cast<float>(s * s * (3 - 2 * s));
 }
 
+void collect(const QuadSet& quads, const Segment& segment, EditSet members, std::vector<Crossing>& out) {
+  out.clear();
+  quads.all(segment, members, out);
+  std::sort(out.begin(), out.end(), [](const Crossing& a, const Crossing& b) {
+    return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) < std::tuple(b.t, b.group, b.exit >= 0, b.order, b.edit, b.exit);
+  });
+}
+
 }  // namespace
 
 QuadFrame normal_map_turn(const Color& texel) noexcept {
@@ -72,19 +80,18 @@ std::optional<Crossing> Edits::first_taken_at_exit(const StateTable& table, Stat
   return std::nullopt;
 }
 
-void Edits::crossings(Side side, const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const {
-  out.clear();
-  quads_[index(side)].all(segment, members, out);
-  std::sort(out.begin(), out.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) < std::tuple(b.t, b.group, b.exit >= 0, b.order, b.edit, b.exit);
-  });
+void Edits::crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
+  collect(quads_[index(side)], segment, members, out);
 }
 
-void Edits::crossings_at(Side side, int group, const V3d& point, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const {
+void Edits::entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
+  collect(entries_[index(side)], segment, members, out);
+}
+
+void Edits::crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const {
   out.clear();
   for (const QuadId& id : groups_[static_cast<std::size_t>(group)]) {
-    const auto e = static_cast<std::size_t>(id.edit);
-    if ((*this)[id.edit].side != side || (!members.empty() && !((members[e / 64] >> (e % 64)) & 1))) continue;
+    if ((*this)[id.edit].side != side || (!members.empty() && !contains(members, id.edit))) continue;
     const Quad& q = quad(id.edit, id.exit);
     if (const auto uv = locate(q, point)) out.push_back({0, *uv, id.edit, id.exit, group, q.order});
   }

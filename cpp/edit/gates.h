@@ -17,6 +17,7 @@
 #include "edit/path_state.h"
 #include "edit/quad.h"
 #include "edit/quad_set.h"
+#include "edit/reach.h"
 
 namespace sluice {
 
@@ -77,6 +78,10 @@ class Edits {
   [[nodiscard]] bool empty() const noexcept { return edits_.empty(); }
   [[nodiscard]] bool has(Side side) const noexcept { return (side == Side::Light ? light_ : view_) > 0; }
   [[nodiscard]] const Edit& operator[](int edit) const noexcept { return edits_[static_cast<std::size_t>(edit)]; }
+  // Edits of a side that some path of the scene can fulfil; of those, the ones that may take a path right after an event. The others are
+  // never asked.
+  [[nodiscard]] EditSet takers(Side side) const noexcept { return reach_[side == Side::Light ? 0 : 1].any(); }
+  [[nodiscard]] EditSet takers_after(Side side, EventClass last) const noexcept { return reach_[side == Side::Light ? 0 : 1].after(last); }
   [[nodiscard]] int max_gates() const noexcept { return max_gates_; }
   [[nodiscard]] double delta() const noexcept { return delta_; }      // how far quads float, without their own offset
   [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
@@ -100,11 +105,13 @@ class Edits {
   [[nodiscard]] std::optional<Crossing> first_taken_at_exit(const StateTable& table, StateId state, int edit, int exit, const V3d& point) const noexcept;
 
   // For view rays, which meet the gates of light backward: all entries and exits of one side's edits on a segment, sorted by t, then
-  // plane group, entries before exits, then order. `members` (bits of edits; empty: all) narrows. `out` is the caller's scratch: cleared
+  // plane group, entries before exits, then order. `members` (empty: all) narrows. `out` is the caller's scratch: cleared
   // first, its capacity kept.
-  void crossings(Side side, const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+  void crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
+  // Entries alone, where no gate can be met backward.
+  void entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
   // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
-  void crossings_at(Side side, int group, const V3d& point, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+  void crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const;
 
   // a(u, v) = amount × feather: what the exits get. The straight_on exit gets 1 - a.
   [[nodiscard]] float weight(int edit, const V2d& uv) const noexcept;
@@ -128,6 +135,7 @@ class Edits {
   double delta_ = 0;
   Box bounds_;
   Automata automata_;
+  Reach reach_[2];  // [side]
   std::vector<Image> images_;
   std::vector<std::vector<QuadId>> groups_;  // [plane group]: entries by order, then exits by order
   QuadSet entries_[2], quads_[2];            // [side]: entries; entries and exits

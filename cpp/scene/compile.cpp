@@ -49,6 +49,16 @@ bool build_accelerator(Scene::Parts& parts, const std::function<bool()>& cancell
   return parts.accelerator.build(prototypes, items, threads, cancelled);
 }
 
+// What can happen at each thing, for the words that paths can spell.
+void name_events(Scene::Parts& parts) {
+  for (Entity& entity : parts.entities) entity.events = 0;
+  const auto at = [&](int entity) -> EventMask& { return parts.entities[static_cast<std::size_t>(entity)].events; };
+  for (const Instance& instance : parts.instances)
+    for (const std::uint32_t m : instance.used_materials)
+      at(instance.entity) |= static_cast<EventMask>(parts.materials[m].lobe_events() | (parts.materials[m].emits() ? mask_of(Event::L) : 0));
+  for (const Light& light : parts.lights) at(light.entity) |= mask_of(Event::L);
+}
+
 void warn_of_oddities(const Scene::Parts& parts, Warnings& warnings) {
   if (parts.instances.empty()) warnings.push_back({"scene", "there is nothing to see: no surface in the scene"});
   if (parts.lights.empty()) warnings.push_back({"scene", "there is no light: the picture will be black"});
@@ -77,6 +87,7 @@ std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& war
   std::vector<float> powers;
   for (const Light& light : parts->lights) powers.push_back(std::max(light.power, 1e-30f));
   parts->lights_by_power = Distribution(powers);
+  name_events(*parts);
   const Bounds& bounds = parts->geometry_bounds;
   const Box box = bounds.empty() ? Box() : Box(bounds.low + parts->centre, bounds.high + parts->centre);
   parts->edits = compile_edits(source.edits, parts->entities, source.images, {parts->centre, box}, source.max_gates, warnings, source.layers);

@@ -18,7 +18,7 @@ EventMask lobes_in_scene(const Scene& scene) {
 
 bool has_light_exits(const Edits& edits) {
   for (int e = 0; e < edits.size(); ++e)
-    if (edits[e].side == Side::Light && (!edits[e].exits.empty() || edits[e].is_partial)) return true;
+    if (edits[e].side == Side::Light && contains(edits.takers(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial)) return true;
   return false;
 }
 
@@ -40,11 +40,11 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   decide("caustics", effects.caustics, settings.use_caustics, seen && (lobes & followed) && settings.max_depth > 1,
          "a specular surface can send light onto others", !seen ? dark : "nothing in the scene is specular");
   decide("edited light", effects.edited, settings.use_edited, seen && has_light_exits(scene.edits()), "an enabled light edit has an exit",
-         !seen ? dark : "no enabled light edit has an exit");
+         !seen ? dark : "no enabled light edit that light can match has an exit");
   decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1, "surfaces light each other",
          !seen ? dark : "max_depth leaves room for one bounce only");
-  effects.light_edits = scene.edits().has(Side::Light);
-  effects.view_edits = scene.edits().has(Side::View);
+  effects.light_edits = !is_empty(scene.edits().takers(Side::Light));
+  effects.view_edits = !is_empty(scene.edits().takers(Side::View));
   effects.layers = !scene.edits().layers().empty();
 
   if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);

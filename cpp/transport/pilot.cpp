@@ -175,7 +175,7 @@ class Pilot {
     if (!effects_.light_edits || lights == 0) return;
     const int paths = std::max(16, pilot_paths / (edits.size() * lights));
     for (int e = 0; e < edits.size() && guide.targets.size() + 1 < most_targets && !cancel_; ++e) {
-      if (edits[e].side != Side::Light || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
+      if (!contains(edits.takers(Side::Light), e) || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
       Guide aim;
       aim.targets = {sphere_around(edits[e].entry)};
       const float towards[] = {0, 1, 0};

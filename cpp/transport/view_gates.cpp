@@ -25,7 +25,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span
   };
   if (effects_.light_edits) {
     ++counts.edit_queries;
-    edits.crossings(Side::Light, segment, {}, crossings_);
+    edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;
       while (end < crossings_.size() && crossings_[end].group == crossings_[i].group && crossings_[end].t == crossings_[i].t) ++end;

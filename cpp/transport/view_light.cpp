@@ -165,9 +165,12 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   for (int layer = 0; layer < max_alpha_layers && !arrived; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
-    narrow(path, segment, length, length + (hit ? hit->t : ray.t_max), arms);
-    if (!hit) return far_emission(path, segment, arms);
+    if (!hit) {
+      narrow(path, segment, length, ray.t_max, nullptr, arms);
+      return far_emission(path, segment, arms);
+    }
     make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, far_);
+    narrow(path, segment, length, length + hit->t, &far_, arms);
     length += hit->t;
     const float chance = pass_chance(far_.bsdf);
     arrived = chance < 1 && (chance == 0 || random() >= chance);
@@ -181,8 +184,29 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   gather_at(path, far_, arms, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
 }
 
+// Light edits that could take what a piece of the gather segment carries: by the last event there, at its far end (null: nothing met)
+// or at a lamp.
+EditSet ViewTracer::takers_from(const Vertex* far, std::span<const LampHit> lamps) {
+  const Edits& edits = scene_.edits();
+  if (far && pass_chance(far->bsdf) > 0) return edits.takers(Side::Light);
+  takers_.assign(edits.takers(Side::Light).size(), 0);
+  const auto add = [&](Event last, int entity) {
+    const EditSet set = edits.takers_after(Side::Light, edits.event_class(last, entity));
+    for (std::size_t i = 0; i < set.size(); ++i) takers_[i] |= set[i];
+  };
+  if (far) {
+    for_each_event(far->bsdf.events() & gathering, [&](Event e) { add(e, scene_.entity(far->hit)); });
+    const int light = scene_.mesh_light(far->hit.instance);
+    if (!is_black(far->bsdf.emission)) add(Event::L, light >= 0 ? scene_.light_entity(light) : scene_.entity(far->hit));
+  } else {
+    for (const int light : scene_.infinite_lights()) add(Event::L, scene_.light_entity(light));
+  }
+  for (const LampHit& lamp : lamps) add(Event::L, scene_.light_entity(lamp.light));
+  return takers_;
+}
+
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
-void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, Arms& arms) {
+void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms) {
   std::array<LampHit, max_lamps> lamps;
   int lamp_count = 0, next_lamp = 0;
   if (effects_.direct) {
@@ -196,11 +220,11 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
       add_emission(path, segment, lamp.light, lamp.radiance, nullptr, arms);
     }
   };
-  if (effects_.light_edits) {
+  const EditSet takers = effects_.light_edits ? takers_from(far, std::span(lamps).first(static_cast<std::size_t>(lamp_count))) : EditSet();
+  if (!is_empty(takers)) {
     ++counts.edit_queries;
-    scene_.edits().crossings(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, {}, crossings_);
+    scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, takers, crossings_);
     for (const Crossing& crossing : crossings_) {
-      if (crossing.exit != QuadId::entry) continue;
       collect_lamps(crossing.t);
       for (Arm& arm : arms) arm.joins = joins_.passed(arm.joins, crossing.edit);
     }

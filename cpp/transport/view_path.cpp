@@ -98,7 +98,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
   }
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     if (path.own_entry >= 0) {
-      edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, {}, crossings_);
+      edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, edits.takers(Side::Light), crossings_);
       const Went went = cross_plane(path, crossings_);
       if (went == Went::Nowhere) return false;
       if (went == Went::Elsewhere) continue;

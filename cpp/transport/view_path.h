@@ -103,7 +103,8 @@ class ViewTracer {
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
-  void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, Arms& arms);
+  [[nodiscard]] EditSet takers_from(const Vertex* far, std::span<const LampHit> lamps);
+  void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
   void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
   void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
@@ -158,6 +159,7 @@ class ViewTracer {
   Joins joins_;
   std::vector<HueStep> hues_;
   std::vector<Crossing> crossings_;
+  std::vector<std::uint64_t> takers_;  // scratch of takers_from()
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;
   Vertex vertex_, far_;  // scratch: too large to copy about

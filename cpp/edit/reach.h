@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which expressions a path can fulfil at all, and right after which event: a fixed point over the automata with the events that the
+// scene can make. Segments ask only the edits that could take them (design §2: what no state accepts makes no query). An answer may
+// hold too many edits (gates used up, depth), never too few.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "edit/automaton.h"
+
+namespace sluice {
+
+using EditSet = std::span<const std::uint64_t>;  // bit per edit
+[[nodiscard]] inline bool is_empty(EditSet set) noexcept {
+  for (const std::uint64_t word : set)
+    if (word != 0) return false;
+  return true;
+}
+[[nodiscard]] inline bool contains(EditSet set, int edit) noexcept {
+  return ((set[static_cast<std::size_t>(edit) / 64] >> (static_cast<unsigned>(edit) % 64)) & 1) != 0;
+}
+
+class Reach {
+ public:
+  Reach() = default;
+  // `occurs`: per event class, can the scene make it?
+  Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits);
+
+  // Edits that may take a path whose last event is of this class; by any last event.
+  [[nodiscard]] EditSet after(EventClass last) const noexcept { return {bits_.data() + static_cast<std::size_t>(last) * words_, words_}; }
+  [[nodiscard]] EditSet any() const noexcept { return {any_.data(), any_.size()}; }
+
+ private:
+  std::size_t words_ = 0;
+  std::vector<std::uint64_t> bits_, any_;  // [class][word]
+};
+
+}  // namespace sluice
