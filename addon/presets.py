@@ -142,8 +142,7 @@ class SLUICE_OT_save_expression(bl_operators.presets.AddPresetBase, bpy.types.Op
     bl_idname = "sluice.save_expression"
     bl_label = "Save Expression"
     preset_menu = "SLUICE_PT_expressions"
-    preset_defines = ["edit = bpy.context.object.sluice"]
-    preset_values = ["edit.expression"]
+    preset_values = ["bpy.context.object.sluice.expression"]  # no preset_defines: Python 3.13 hides what Blender's exec() defines
     preset_subdir = SUBDIR
 
 
