@@ -14,6 +14,7 @@ from pathlib import Path
 VERSION = (0, 1, 0)  # of the add-on; the core's must be the same
 
 _sessions = weakref.WeakSet()  # so that unregister, file load and exit can stop what still runs
+_ending = []  # cancelled, kept until their threads are done: the last reference waits for them
 
 
 class CoreMissing(RuntimeError):
@@ -69,9 +70,21 @@ def load():
 
 def new_session():
     """A session that stop_all() knows of."""
+    _ending[:] = [session for session in _ending if not session.wait(0)]
     session = load().Session()
     _sessions.add(session)
     return session
+
+
+def retire(session):
+    """Cancels a session without waiting for its threads."""
+    session.cancel()
+    _ending.append(session)
+
+
+def let_go():
+    """Waits for what was retired, so that nothing of it stays in memory."""
+    _ending.clear()
 
 
 def stop_all(*_):
@@ -79,6 +92,7 @@ def stop_all(*_):
     for session in list(_sessions):
         session.cancel()
     _sessions.clear()
+    _ending.clear()
 
 
 def expression_problem(error):

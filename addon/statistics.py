@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the last final render found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
+"""What the last render, final or in a view, found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
 
 Kept by the name of the entry until the next render or file; view layers add to each other. Panels, the list of edits and the overlay
 ask it."""
@@ -15,7 +15,7 @@ _found = {}
 
 
 def remember(session):
-    """Keeps a finished session's figures. From the render's thread: one assignment, no Blender data."""
+    """Keeps a session's figures. Also from the render's thread: one assignment, no Blender data."""
     global _found
     passes = max(1, session.progress()["pass"])
     _found = {**_found, **{row["name"]: _read(row, passes) for row in session.statistics().get("edits", ())}}
@@ -83,7 +83,7 @@ def stamps():
 
 
 @bpy.app.handlers.persistent
-def _redraw(*_):
+def redraw(*_):
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type in {'PROPERTIES', 'VIEW_3D'}:
@@ -95,7 +95,7 @@ def _begin(*_):
     forget()
 
 
-_handlers = {"render_init": _begin, "render_complete": _redraw, "load_post": _begin}
+_handlers = {"render_init": _begin, "render_complete": redraw, "load_post": _begin}
 
 
 def register():

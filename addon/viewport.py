@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rendered mode of the 3D view: streams the passes of a session whose camera is the view, coarse pixels first. The core's threads
-render; Blender's only copies the last finished image and draws it. Nothing here raises: what went wrong is shown as text."""
+render; Blender's only copies the last finished image and draws it. Nothing here raises: what went wrong is shown as text.
+
+Orbiting, moving an edit and turning a knob start from what the first session has compiled; all else copies the scene anew. A coarse
+image is never given up before it is seen, so that the picture follows a hand that does not stop."""
 import functools
+import time
 import weakref
 
 import bpy
 import numpy as np
 
-from . import core, export, final, status
+from . import changes, core, export, final, statistics, status
 from .export.camera import export_view
 from .export.names import Names
 from .export.settings import export_settings
 
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
-_COARSE_PHOTONS = 50000
-_POLL = 0.1  # seconds between two looks at the session
+_COARSE = {8: {"photons": 20000, "pilot_paths": 1 << 14}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
+_POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
 _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
-_IGNORED = {"Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound"}
 
 
 class View:
@@ -25,38 +28,64 @@ class View:
     def __init__(self):
         self.description = None  # without camera and frame
         self.settings = None
+        self.exported = None  # the context of the last copy
+        self.roll = None
+        self.seen = None  # region's size, projection, matrices
+        self.base = None  # the session that compiled the description's things
         self.session = None
-        self.seen = None  # region's size, projection, matrices that the session renders
+        self.stale = False  # the session renders what is no more
         self.level = 0
+        self.told = False  # its figures
         self.texture = None
         self.shown_pass = 0
         self.watched = False  # by a timer
+        self.drawn = 0.0
 
     def stop(self):
         if self.session is not None:
-            self.session.cancel()
+            core.retire(self.session)
             self.session = None
 
 
 def update(engine, context, depsgraph):
-    """The scene changed: copies it anew. The first call comes with no list of updates."""
+    """The scene changed: copies what is new. The first call comes with no list of updates."""
     try:
         view = engine.view = engine.view or View()
-        if view.description is not None and not _concerns_us(depsgraph):
-            return
-        view.stop()
-        view.seen = None
-        scene = depsgraph.scene_eval
-        exported = export.Context(Names(context.blend_data.collections))
-        view.settings = export_settings(scene)
-        view.settings["time_limit"] = 0.0
-        view.description = export.export_scene(depsgraph, None, None, exported)
+        kind = changes.THINGS if view.description is None else changes.of(depsgraph)
+        names = Names(context.blend_data.collections)
+        if kind == changes.THINGS or kind == changes.EDITS and not _copy_edits(view, depsgraph, names):
+            _copy_all(view, depsgraph, names)
     except Exception as error:
         _fail(engine, error)
 
 
-def _concerns_us(depsgraph):
-    return any(update.id.bl_rna.identifier not in _IGNORED for update in depsgraph.updates)
+def _copy_all(view, depsgraph, names):
+    if view.session is not None and view.session.progress()["state"] == 'compiling':
+        view.stop()  # what it compiles is no more
+    view.base, view.stale = None, True
+    view.exported = export.Context(names)
+    view.settings = _settings(depsgraph)
+    view.description = export.export_scene(depsgraph, None, None, view.exported)
+    view.roll = changes.roll(depsgraph)
+
+
+def _copy_edits(view, depsgraph, names):
+    """False: more than edits and settings is new."""
+    if view.roll != changes.roll(depsgraph) or view.description["specular_threshold"] != depsgraph.scene_eval.sluice.specular_threshold:
+        return False
+    view.exported.names = names
+    known = len(view.description["images"])
+    edits, settings = export.export_edits(depsgraph, view.exported), _settings(depsgraph)
+    if len(view.description["images"]) != known:
+        view.base = None  # it lacks a texture
+    if settings != view.settings or not changes.same(edits, {key: view.description[key] for key in edits}):
+        view.settings, view.stale = settings, True
+        view.description.update(edits)
+    return True
+
+
+def _settings(depsgraph):
+    return {**export_settings(depsgraph.scene_eval), "time_limit": 0.0}
 
 
 def draw(engine, context, depsgraph):
@@ -70,6 +99,7 @@ def draw(engine, context, depsgraph):
             _refresh(engine, view, depsgraph.scene)
             _watch(engine, view)
         _draw_image(view, context.region)
+        view.drawn = time.monotonic()
     except Exception as error:
         _fail(engine, error)
 
@@ -78,32 +108,40 @@ def _follow_view(view, context):
     region, region_3d = context.region, context.region_data
     seen = ((region.width, region.height), region_3d.is_perspective, tuple(map(tuple, region_3d.view_matrix)),
             tuple(map(tuple, region_3d.window_matrix)))
-    if seen != view.seen:
-        view.stop()
-        view.seen, view.level = seen, 0
+    view.stale |= seen != view.seen
+    view.seen = seen
 
 
-def _start(engine, view, scene):
-    """The session of the current level."""
+def _start(engine, view, scene, level):
+    """The session of a level, of what is now."""
     size, is_perspective, view_matrix, window_matrix = view.seen
-    scale = _LEVELS[view.level] * max(1, int(engine.get_preview_pixel_size(scene)))
-    settings = dict(view.settings)
-    if view.level + 1 < len(_LEVELS):
-        settings.update(passes=1, photons=min(settings["photons"], _COARSE_PHOTONS))
+    scale = _LEVELS[level] * max(1, int(engine.get_preview_pixel_size(scene)))
     coarse = tuple(max(1, side // scale) for side in size)
     camera, frame = export_view(view_matrix, window_matrix, is_perspective, coarse)
-    view.shown_pass = 0
+    view.stop()
+    view.level, view.shown_pass, view.stale, view.told = level, 0, False, False
     view.session = core.new_session()
-    view.session.start({**view.description, "camera": camera, "frame": frame}, settings)
+    settings = _settings_of_level(view.settings, _LEVELS[level])
+    shot = {**{key: view.description[key] for key in ("edits", "max_gates")}, "camera": camera, "frame": frame}
+    if view.base is None or not view.session.start_from(view.base, shot, settings):
+        view.session.start({**view.description, **shot}, settings)
+        view.base = view.session
+
+
+def _settings_of_level(settings, pixel):
+    if pixel not in _COARSE:
+        return {**settings, "explain_edits": True}
+    coarse = _COARSE[pixel]
+    return {**settings, **coarse, "passes": 1, "photons": min(settings["photons"], coarse["photons"])}
 
 
 def _refresh(engine, view, scene):
-    """Takes a new image if there is one, and goes on to finer pixels when a coarse session is done."""
+    """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
     if view.session is None:
-        _start(engine, view, scene)
+        _start(engine, view, scene, 0)
     finished = view.session.wait(0)
     progress = view.session.progress()
-    if progress["state"] == 'failed':
+    if progress["state"] == 'failed' and not view.stale:
         raise final.core_failure(progress)
     if progress["pass"] > view.shown_pass:
         images = view.session.snapshot(["Combined"])
@@ -111,16 +149,21 @@ def _refresh(engine, view, scene):
             view.texture = _make_texture(images["Combined"])
             view.shown_pass = progress["pass"]
     engine.update_stats("Sluice", status.line(progress))
-    if finished and view.level + 1 < len(_LEVELS):
-        view.level += 1
-        _start(engine, view, scene)
+    if finished and view.level > 0 and not view.stale and not view.told:  # the coarsest misses light
+        statistics.remember(view.session)
+        statistics.redraw()
+        view.told = True
+    if view.stale and (finished or view.level > 0 or view.shown_pass > 0):
+        _start(engine, view, scene, 0)
+    elif finished and view.level + 1 < len(_LEVELS):
+        _start(engine, view, scene, view.level + 1)
 
 
 def _watch(engine, view):
     """Asks for a redraw when the session has news. Asking in every draw would draw without a pause and starve the render."""
     if not view.watched:
         view.watched = True
-        bpy.app.timers.register(functools.partial(_look, weakref.ref(engine), view), first_interval=_POLL / 2)
+        bpy.app.timers.register(functools.partial(_look, weakref.ref(engine), view), first_interval=_SOON)
 
 
 def _look(engine_reference, view):
@@ -131,13 +174,13 @@ def _look(engine_reference, view):
         return None
     finished = view.session.wait(0)
     try:
-        if finished or view.session.progress()["pass"] > view.shown_pass or view.shown_pass == 0:
+        if finished or view.session.progress()["pass"] > view.shown_pass or view.shown_pass == 0 and time.monotonic() - view.drawn > _POLL:
             engine.tag_redraw()
     except ReferenceError:  # Blender has freed its half of the engine
         view.stop()
         finished = True
     view.watched = not finished
-    return None if finished else _POLL
+    return None if finished else _POLL if view.shown_pass else _SOON
 
 
 def _make_texture(pixels):
@@ -163,7 +206,7 @@ def _fail(engine, error):
     failure = final.as_failure(error)
     if engine.view is not None:
         engine.view.stop()
-        engine.view.description = None
+        engine.view.description = engine.view.base = None
     engine.update_stats("Sluice", str(failure))
     engine.tag_redraw()
 
@@ -172,3 +215,5 @@ def free(view):
     """The engine goes away, or None: nothing of its view may run on."""
     if view is not None:
         view.stop()
+        view.base = None
+        core.let_go()

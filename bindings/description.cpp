@@ -235,6 +235,18 @@ void read_frame(Reader& r, FrameDescription& f) {
   r.value("filter_width", f.filter_width), r.value("filter_box", f.filter_box);
 }
 
+void read_shot_into(Reader& r, ShotDescription& s) {
+  r.list("edits", s.edits, read_edit);
+  r.list("layers", s.layers, [](Reader& layer) {
+    LayerDescription l;
+    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"), layer.value("expression", l.expression);
+    return l;
+  });
+  r.part("camera", [&](Reader& camera) { read_camera(camera, s.camera); });
+  r.part("frame", [&](Reader& frame) { read_frame(frame, s.frame); });
+  r.value("max_gates", s.max_gates);
+}
+
 }  // namespace
 
 SceneDescription read_description(const py::dict& scene) {
@@ -245,16 +257,16 @@ SceneDescription read_description(const py::dict& scene) {
   r.list("lights", s.lights, read_light);
   r.list("materials", s.materials, read_material);
   r.list("images", s.images, read_image);
-  r.list("edits", s.edits, read_edit);
-  r.list("layers", s.layers, [](Reader& layer) {
-    LayerDescription l;
-    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"), layer.value("expression", l.expression);
-    return l;
-  });
   r.part("world", [&](Reader& world) { world.value("name", s.world.name), world.value("material", s.world.material), world.value("resolution", s.world.resolution); });
-  r.part("camera", [&](Reader& camera) { read_camera(camera, s.camera); });
-  r.part("frame", [&](Reader& frame) { read_frame(frame, s.frame); });
-  r.value("specular_threshold", s.specular_threshold), r.value("max_gates", s.max_gates);
+  r.value("specular_threshold", s.specular_threshold);
+  read_shot_into(r, s);
+  return s;
+}
+
+ShotDescription read_shot(const py::dict& shot) {
+  ShotDescription s;
+  Reader r(shot, "scene");
+  read_shot_into(r, s);
   return s;
 }
 
@@ -265,7 +277,7 @@ RenderSettings read_settings(const py::dict& settings) {
   std::int64_t seed = 0;
   double error_percent = 0;
   r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed), r.value("use_animated_seed", s.use_animated_seed);
-  r.value("max_depth", t.max_depth);
+  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths);
   r.value("time_limit", s.time_limit), r.value("error_target", error_percent);
   r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics), r.value("use_edited", t.use_edited);
   r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits), r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);

@@ -10,6 +10,7 @@
 namespace sluice {
 
 [[nodiscard]] SceneDescription read_description(const pybind11::dict& scene);
+[[nodiscard]] ShotDescription read_shot(const pybind11::dict& shot);  // the keys of a scene that a shot has
 [[nodiscard]] RenderSettings read_settings(const pybind11::dict& settings);
 
 }  // namespace sluice

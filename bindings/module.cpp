@@ -214,6 +214,14 @@ PYBIND11_MODULE(sluice_core, m) {
           const py::gil_scoped_release release;
           s.start(std::move(scene), how);
         }, py::arg("description"), py::arg("settings"), "Copies both and returns; the render runs on threads of its own.")
+      .def("start_from", [](Session& s, const Session& base, const py::dict& shot, const py::dict& settings) {
+          ShotDescription what = read_shot(shot);
+          const RenderSettings how = read_settings(settings);
+          const py::gil_scoped_release release;
+          return s.start_from(base, std::move(what), how);
+        }, py::arg("base"), py::arg("shot"), py::arg("settings"),
+        "Like start, with the things that another session has compiled; of the description only camera, frame, edits, layers and max_gates. "
+        "False: nothing was started, it takes a start.")
       .def("wait", &Session::wait, py::arg("seconds"), py::call_guard<py::gil_scoped_release>(), "True when it is over.")
       .def("cancel", &Session::cancel, py::call_guard<py::gil_scoped_release>())
       .def("progress", &progress_of)

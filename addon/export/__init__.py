@@ -53,13 +53,19 @@ def export_scene(depsgraph, camera_description, frame, context):
     """The whole description of what the depsgraph shows, seen by a camera (see camera.py) in a frame."""
     scene = depsgraph.scene_eval
     meshes, instances, lights = geometry.export_objects(depsgraph, context)
-    edits = edit.export_edits(depsgraph.objects, context, scene.sluice.solo)
+    edits = export_edits(depsgraph, context)
     world = {"name": "", "material": -1}
     if scene.world is not None:
         context.materials.append(material.export_world(scene.world, context.images, context.warn))
         world = {"name": scene.world.name, "material": len(context.materials) - 1}
     return {
         "meshes": meshes, "instances": instances, "lights": lights, "materials": context.materials,
-        "images": context.images.images, "edits": edits, "world": world, "camera": camera_description, "frame": frame,
-        "specular_threshold": scene.sluice.specular_threshold, "max_gates": scene.sluice.max_gates,
+        "images": context.images.images, "world": world, "camera": camera_description, "frame": frame,
+        "specular_threshold": scene.sluice.specular_threshold, **edits,
     }
+
+
+def export_edits(depsgraph, context):
+    """The part of the description that edits are, with their textures in the context's images."""
+    ours = depsgraph.scene_eval.sluice
+    return {"edits": edit.export_edits(depsgraph.objects, context, ours.solo), "max_gates": ours.max_gates}

@@ -31,11 +31,34 @@ std::vector<std::string> layer_names(const Scene& scene) {
   return names;
 }
 
+void switch_off(std::vector<EditDescription>& edits) {
+  for (EditDescription& edit : edits) edit.enabled = false;  // layers may name them all the same
+}
+
 }  // namespace
 
 Session::~Session() { cancel(); }
 
 void Session::start(SceneDescription description, RenderSettings settings) {
+  if (!settings.use_edits) switch_off(description.edits);
+  launch(std::move(settings), [this, things = std::move(description)](Warnings& warnings) mutable {
+    return compile(std::move(things), warnings, [this] { return cancel_.load(); }, settings_.threads);
+  });
+}
+
+bool Session::start_from(const Session& base, ShotDescription shot, RenderSettings settings) {
+  std::shared_ptr<const Scene> things;
+  {
+    const std::lock_guard lock(base.lock_);
+    things = base.scene_;
+  }
+  if (!settings.use_edits) switch_off(shot.edits);
+  if (!things || !can_recompile(*things, shot)) return false;
+  launch(std::move(settings), [things = std::move(things), shot = std::move(shot)](Warnings& warnings) { return recompile(*things, shot, warnings); });
+  return true;
+}
+
+void Session::launch(RenderSettings settings, Compile compile) {
   {
     const std::lock_guard lock(lock_);
     if (progress_.state != State::Idle) throw std::logic_error("a session renders once: make a new one");
@@ -45,6 +68,7 @@ void Session::start(SceneDescription description, RenderSettings settings) {
     settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
     TransportSettings& t = settings_.transport;  // whatever a file says: these bounds keep every index and radius meaningful
     t.photons = std::clamp(t.photons, 1, 1 << 28);
+    t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
     t.max_depth = std::clamp(t.max_depth, 1, 250);
     t.caustic_radius_factor = std::isfinite(t.caustic_radius_factor) ? std::clamp(t.caustic_radius_factor, 0.1f, 100.0f) : TransportSettings().caustic_radius_factor;
     if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
@@ -52,10 +76,8 @@ void Session::start(SceneDescription description, RenderSettings settings) {
     progress_.passes = settings_.passes;
     begin_ = Clock::now();
   }
-  if (!settings_.use_edits)
-    for (EditDescription& edit : description.edits) edit.enabled = false;  // layers may name them all the same
   try {
-    task_ = BackgroundTask([this, scene = std::move(description)]() mutable { run(std::move(scene)); });
+    task_ = BackgroundTask([this, compile = std::move(compile)] { run(compile); });
   } catch (const std::system_error& error) {
     fail(std::string("no thread could be started: ") + error.what());
   }
@@ -70,13 +92,13 @@ bool Session::wait(double seconds) {
 }
 
 // Worker threads turn everything into a status: an exception that left one would end the host (Blender).
-void Session::run(SceneDescription description) {
+void Session::run(const Compile& compile) {
   try {
     Warnings warnings;
-    const std::unique_ptr<const Scene> scene = compile(std::move(description), warnings, [this] { return cancel_.load(); }, settings_.threads);
+    const std::shared_ptr<const Scene> scene = compile(warnings);
     {
       const std::lock_guard lock(lock_);
-      warnings_ = std::move(warnings);
+      scene_ = scene, warnings_ = std::move(warnings);
     }
     if (!scene) return finish(State::Cancelled, StopReason::Cancelled);
     render_scene(*scene);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -76,6 +77,9 @@ class Session {
 
   // Returns at once. A session renders once; a second start throws std::logic_error.
   void start(SceneDescription description, RenderSettings settings);
+  // The same things as `base` shows, with another view or other edits: the picture that start() would make, without compiling them anew.
+  // False, and nothing was started: `base` has not compiled them, or edits lie so far away that it must be done anew.
+  [[nodiscard]] bool start_from(const Session& base, ShotDescription shot, RenderSettings settings);
   bool wait(double seconds);  // true: over, whatever way
   void cancel() noexcept;     // returns at once; over within half a second
 
@@ -92,7 +96,10 @@ class Session {
   [[nodiscard]] std::uint64_t film_hash() const;
 
  private:
-  void run(SceneDescription description);
+  using Compile = std::function<std::unique_ptr<const Scene>(Warnings&)>;
+
+  void launch(RenderSettings settings, Compile compile);
+  void run(const Compile& compile);
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
@@ -109,6 +116,7 @@ class Session {
   mutable std::mutex lock_;             // of all below but the film
   std::condition_variable over_;
   Progress progress_;
+  std::shared_ptr<const Scene> scene_;  // stays when the render is over: for start_from
   Warnings warnings_;
   Statistics statistics_;
   std::chrono::steady_clock::time_point begin_{};

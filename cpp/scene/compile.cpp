@@ -67,15 +67,12 @@ void warn_of_oddities(const Scene::Parts& parts, Warnings& warnings) {
     warnings.push_back({"scene", "it is " + std::to_string(size) + " m large: hits and gates are inexact at such a scale"});
 }
 
-}  // namespace
-
-std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings, const std::function<bool()>& cancelled, int threads) {
+std::shared_ptr<const Scene::Parts> compile_parts(SceneDescription description, const std::function<bool()>& cancelled, int threads) {
   const auto stop = [&] { return cancelled && cancelled(); };
-  check_description(description);
+  auto parts = std::make_shared<Scene::Parts>();
+  Warnings& warnings = parts->warnings;
   clean_meshes(description, warnings);
-  auto parts = std::make_unique<Scene::Parts>();
   parts->description = std::move(description);
-  const SceneDescription& source = parts->description;
   if (stop()) return nullptr;
   compile_materials(*parts, warnings);
   place_instances(*parts, warnings);
@@ -88,14 +85,45 @@ std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& war
   for (const Light& light : parts->lights) powers.push_back(std::max(light.power, 1e-30f));
   parts->lights_by_power = Distribution(powers);
   name_events(*parts);
-  const Bounds& bounds = parts->geometry_bounds;
-  const Box box = bounds.empty() ? Box() : Box(bounds.low + parts->centre, bounds.high + parts->centre);
-  parts->edits = compile_edits(source.edits, parts->entities, source.images, {parts->centre, box}, source.max_gates, warnings, source.layers);
-  parts->camera = Camera(source.camera, source.frame, parts->centre);
-  parts->pixel_filter = PixelFilter(source.frame);
   warn_of_oddities(*parts, warnings);
   if (stop()) return nullptr;
-  return std::make_unique<const Scene>(std::move(parts));
+  return parts;
+}
+
+std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, const ShotDescription& description, Warnings& warnings) {
+  warnings.insert(warnings.end(), parts->warnings.begin(), parts->warnings.end());
+  auto shot = std::make_unique<Scene::Shot>();
+  const V3d& centre = parts->centre;
+  Box box = box_of(parts->geometry_bounds);
+  if (!box.isEmpty()) box = Box(box.min + centre, box.max + centre);
+  shot->edits = compile_edits(description.edits, parts->entities, parts->description.images, {centre, box}, description.max_gates, warnings, description.layers);
+  shot->frame = description.frame;
+  shot->camera = Camera(description.camera, description.frame, centre);
+  shot->pixel_filter = PixelFilter(description.frame);
+  shot->bounds = parts->geometry_bounds;
+  const Box quads = quad_bounds(description.edits, box_of(parts->world_bounds));
+  if (!quads.isEmpty()) shot->bounds.add(quads.min - centre), shot->bounds.add(quads.max - centre);
+  return std::make_unique<const Scene>(std::move(parts), std::move(shot));
+}
+
+}  // namespace
+
+std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings, const std::function<bool()>& cancelled, int threads) {
+  check_description(description);
+  auto parts = compile_parts(std::move(description), cancelled, threads);
+  if (!parts) return nullptr;
+  const ShotDescription& shot = parts->description;
+  return shoot(parts, shot, warnings);
+}
+
+bool can_recompile(const Scene& base, const ShotDescription& shot) {
+  const Scene::Parts& parts = parts_of(base);
+  return choose_centre(parts.world_bounds, quad_bounds(shot.edits, box_of(parts.world_bounds))) == parts.centre;
+}
+
+std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings) {
+  check_shot(shot, parts_of(base).description.images.size());
+  return shoot(base.parts_, shot, warnings);
 }
 
 }  // namespace sluice

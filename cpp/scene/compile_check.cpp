@@ -84,14 +84,17 @@ void check_description(const SceneDescription& description) {
       expect_size(image.rgba.size(), std::size_t{4} * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), image.name, "pixels");
   }
   expect_index(description.world.material, description.materials.size(), "world", "material");
-  for (const EditDescription& edit : description.edits)
-    for (const ExitDescription& exit : edit.exits)
-      for (const int image : {exit.intensity_texture, exit.hue_shift_texture, exit.normal_map})
-        expect_index(image, description.images.size(), exit.quad.name, "texture");
-  check_frame(description.frame);
-  check_camera(description.camera);
+  check_shot(description, description.images.size());
   expect(!std::isnan(description.specular_threshold), "settings", "the specular threshold is not a number");
-  expect(description.max_gates >= 0, "settings", "max_gates is negative");
+}
+
+void check_shot(const ShotDescription& shot, std::size_t images) {
+  for (const EditDescription& edit : shot.edits)
+    for (const ExitDescription& exit : edit.exits)
+      for (const int image : {exit.intensity_texture, exit.hue_shift_texture, exit.normal_map}) expect_index(image, images, exit.quad.name, "texture");
+  check_frame(shot.frame);
+  check_camera(shot.camera);
+  expect(shot.max_gates >= 0, "settings", "max_gates is negative");
 }
 
 }  // namespace sluice

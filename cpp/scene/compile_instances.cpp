@@ -35,17 +35,6 @@ Bounds world_bounds(const MeshDescription& mesh, const M44d& matrix) {
   return bounds;
 }
 
-// Re-centring makes float vertices fine near the origin. It must not depend on edits that do nothing, so it happens only where it is
-// needed: a scene far from its origin, or quads so small and far away that floats would be coarse there.
-V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept {
-  V3d centre(0);
-  if (!geometry.empty() && geometry.middle().length() > geometry.diagonal()) centre = geometry.middle();
-  if (quads.isEmpty()) return centre;
-  const V3d middle = quads.center();
-  if (geometry.empty() || (middle - centre).length() > 4096 * quads.size().length()) return middle;
-  return centre;
-}
-
 std::int8_t index_of(const std::string& name, const auto& layers) noexcept {
   if (name.empty()) return layers.empty() ? -1 : 0;
   for (std::size_t i = 0; i < layers.size() && i < 127; ++i)
@@ -130,12 +119,23 @@ void set_shading(const InstanceDescription& description, const MeshDescription& 
 
 }  // namespace
 
+// Re-centring makes float vertices fine near the origin. It must not depend on edits that do nothing, so it happens only where it is
+// needed: a scene far from its origin, or quads so small and far away that floats would be coarse there.
+V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept {
+  V3d centre(0);
+  if (!geometry.empty() && geometry.middle().length() > geometry.diagonal()) centre = geometry.middle();
+  if (quads.isEmpty()) return centre;
+  const V3d middle = quads.center();
+  if (geometry.empty() || (middle - centre).length() > 4096 * quads.size().length()) return middle;
+  return centre;
+}
+
 void place_instances(Scene::Parts& parts, Warnings& warnings) {
   const SceneDescription& description = parts.description;
   Tally singular, grey, huge;
   std::vector<const InstanceDescription*> usable;
   std::vector<std::size_t> uses(description.meshes.size(), 0);
-  Bounds world;
+  Bounds& world = parts.world_bounds;
   for (const InstanceDescription& instance : description.instances) {
     if (instance.mesh < 0) continue;
     const MeshDescription& mesh = description.meshes[static_cast<std::size_t>(instance.mesh)];
@@ -160,9 +160,7 @@ void place_instances(Scene::Parts& parts, Warnings& warnings) {
   huge.report("it is more than 1e15 m large or away: left out", warnings);
   grey.report("has no material: drawn in neutral grey", warnings);
 
-  const Box box = world.empty() ? Box() : Box(world.low, world.high);
-  const Box quads = quad_bounds(description.edits, box);
-  parts.centre = choose_centre(world, quads);
+  parts.centre = choose_centre(world, quad_bounds(description.edits, box_of(world)));
   M44d recentre;
   recentre.setTranslation(-parts.centre);
 
@@ -186,8 +184,6 @@ void place_instances(Scene::Parts& parts, Warnings& warnings) {
     parts.triangle_count += mesh.triangles.size();
     parts.instances.push_back(std::move(instance));
   }
-  parts.bounds = parts.geometry_bounds;
-  if (!quads.isEmpty()) parts.bounds.add(quads.min - parts.centre), parts.bounds.add(quads.max - parts.centre);
   parts.extent = parts.geometry_bounds.diagonal() > 0 ? parts.geometry_bounds.diagonal() : 1;
 }
 

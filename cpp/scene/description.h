@@ -103,19 +103,23 @@ struct FrameDescription {
   bool filter_box = false;
 };
 
-struct SceneDescription {
+// What may differ between pictures of the same things: the view, and the edits of their light.
+struct ShotDescription {
+  CameraDescription camera;
+  FrameDescription frame;
+  std::vector<EditDescription> edits;
+  std::vector<LayerDescription> layers;
+  int max_gates = 8;
+};
+
+struct SceneDescription : ShotDescription {
   std::vector<MeshDescription> meshes;
   std::vector<InstanceDescription> instances;
   std::vector<LightDescription> lights;
   std::vector<MaterialDescription> materials;
   std::vector<Image> images;
-  std::vector<EditDescription> edits;
-  std::vector<LayerDescription> layers;
   WorldDescription world;
-  CameraDescription camera;
-  FrameDescription frame;
   float specular_threshold = 0.1f;  // Blender roughness up to which a lobe is followed (S)
-  int max_gates = 8;
 };
 
 }  // namespace sluice

@@ -35,8 +35,9 @@ struct Instance {
   Bounds bounds;
 };
 
+// What takes long to make: things, materials, lights. Nothing in it depends on the shot but `centre`, and that only where quads are far.
 struct Scene::Parts {
-  SceneDescription description;  // meshes (usable triangles only), images, frame; the rest is emptied
+  SceneDescription description;  // meshes (usable triangles only) and images; the rest has served
   std::vector<Instance> instances;
   std::vector<Material> materials;
   std::vector<char> material_used;
@@ -47,11 +48,10 @@ struct Scene::Parts {
   Distribution lights_by_power;                    // when they are many
   int world_light = -1, world_material = -1, world_entity = -1;
   std::vector<Entity> entities;
-  Edits edits;
-  Camera camera;
-  PixelFilter pixel_filter;
   V3d centre{0};
-  Bounds geometry_bounds, bounds;
+  Bounds geometry_bounds;
+  Bounds world_bounds;  // the same before re-centring and rounding
+  Warnings warnings;
   double extent = 1;
   std::size_t triangle_count = 0;
 
@@ -61,14 +61,24 @@ struct Scene::Parts {
   [[nodiscard]] const MaterialBinding& binding(const Instance& instance, std::uint32_t triangle) const noexcept;
 };
 
+struct Scene::Shot {
+  FrameDescription frame;
+  Camera camera;
+  PixelFilter pixel_filter;
+  Edits edits;
+  Bounds bounds;  // surfaces and quads
+};
+
 [[nodiscard]] inline const Scene::Parts& parts_of(const Scene& scene) noexcept { return *scene.parts_; }
 
 void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) noexcept;
 
 // compile*.cpp, in the order compile() calls them. Each may add warnings and throw SceneError.
 void check_description(const SceneDescription& description);           // compile_check.cpp
+void check_shot(const ShotDescription& shot, std::size_t images);      // a part of it
 void clean_meshes(SceneDescription& description, Warnings& warnings);  // compile_mesh.cpp: drops unusable triangles
 void place_instances(Scene::Parts& parts, Warnings& warnings);         // compile_instances.cpp
+[[nodiscard]] V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept;  // world coordinates
 void add_lamps(Scene::Parts& parts, Warnings& warnings);               // compile_lights.cpp
 void add_mesh_lights(Scene::Parts& parts);
 [[nodiscard]] bool add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int threads);  // false: cancelled
@@ -88,6 +98,7 @@ class Tally {
   std::size_t count_ = 0;
 };
 
+[[nodiscard]] inline Box box_of(const Bounds& bounds) { return bounds.empty() ? Box() : Box(bounds.low, bounds.high); }
 [[nodiscard]] inline const std::string& first_name(const std::vector<std::string>& names) {
   static const std::string nameless = "unnamed";
   return names.empty() ? nameless : names.front();

@@ -28,7 +28,8 @@ const MaterialBinding& Scene::Parts::binding(const Instance& instance, std::uint
   return instance.slots[std::min(slot, instance.slots.size() - 1)];  // as Blender does with slots that were removed
 }
 
-Scene::Scene(std::unique_ptr<const Parts> parts) noexcept : parts_(std::move(parts)) {}
+Scene::Scene(std::shared_ptr<const Parts> parts, std::unique_ptr<const Shot> shot) noexcept
+    : parts_(std::move(parts)), shot_(std::move(shot)) {}
 Scene::~Scene() = default;
 
 namespace {
@@ -123,14 +124,14 @@ std::span<const int> Scene::infinite_lights() const noexcept { return parts_->in
 const std::vector<Entity>& Scene::entities() const noexcept { return parts_->entities; }
 int Scene::entity(const Hit& hit) const noexcept { return parts_->instances[hit.instance].entity; }
 int Scene::light_entity(int light) const noexcept { return parts_->lights[static_cast<std::size_t>(light)].entity; }
-const Edits& Scene::edits() const noexcept { return parts_->edits; }
+const Edits& Scene::edits() const noexcept { return shot_->edits; }
 
-const Camera& Scene::camera() const noexcept { return parts_->camera; }
-const FrameDescription& Scene::frame() const noexcept { return parts_->description.frame; }
-const PixelFilter& Scene::pixel_filter() const noexcept { return parts_->pixel_filter; }
+const Camera& Scene::camera() const noexcept { return shot_->camera; }
+const FrameDescription& Scene::frame() const noexcept { return shot_->frame; }
+const PixelFilter& Scene::pixel_filter() const noexcept { return shot_->pixel_filter; }
 const V3d& Scene::centre() const noexcept { return parts_->centre; }
 const Bounds& Scene::geometry_bounds() const noexcept { return parts_->geometry_bounds; }
-const Bounds& Scene::bounds() const noexcept { return parts_->bounds; }
+const Bounds& Scene::bounds() const noexcept { return shot_->bounds; }
 double Scene::extent() const noexcept { return parts_->extent; }
 std::span<const Material> Scene::materials() const noexcept { return parts_->materials; }
 bool Scene::material_used(std::size_t material) const noexcept { return parts_->material_used[material] != 0; }

@@ -72,12 +72,16 @@ class Scene {
   [[nodiscard]] const Bounds& instance_bounds(std::size_t instance) const noexcept;  // re-centred
   [[nodiscard]] std::span<const std::uint32_t> instance_materials(std::size_t instance) const noexcept;  // those its triangles use
 
-  struct Parts;  // what compile() puts together; scene/parts.h
-  explicit Scene(std::unique_ptr<const Parts> parts) noexcept;
+  // What compile() puts together; scene/parts.h. Scenes that differ in their shots alone share their parts.
+  struct Parts;
+  struct Shot;
+  Scene(std::shared_ptr<const Parts> parts, std::unique_ptr<const Shot> shot) noexcept;
 
  private:
-  std::unique_ptr<const Parts> parts_;
+  std::shared_ptr<const Parts> parts_;
+  std::unique_ptr<const Shot> shot_;
   friend const Parts& parts_of(const Scene& scene) noexcept;
+  friend std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings);
 };
 
 // Checks everything in the description, then builds. What is merely wrong (degenerate triangles, singular matrices, missing materials,
@@ -85,5 +89,10 @@ class Scene {
 // SceneError. ExpressionError: an edit's expression. Null: `cancelled` said so (asked from any thread, one at a time). threads: 0 = all.
 [[nodiscard]] std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings,
                                                    const std::function<bool()>& cancelled = {}, int threads = 0);
+
+// Another shot of a scene that is compiled: bit by bit what compile() makes of the same things with this shot, in a fraction of the time.
+// Textures of exits are numbers of the base's images. Only where can_recompile(): far away quads may need another origin.
+[[nodiscard]] bool can_recompile(const Scene& base, const ShotDescription& shot);
+[[nodiscard]] std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings);
 
 }  // namespace sluice

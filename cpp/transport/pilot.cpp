@@ -19,7 +19,7 @@ constexpr std::size_t most_targets = 64;
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
-constexpr int view_samples = 1 << 14, paths_per_chunk = 2048;
+constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
 class VisibleCells {
@@ -69,7 +69,7 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
   const FrameDescription& frame = scene.frame();
   int count = 0, far_count = 0;
   Vertex vertex;
-  for (int i = 0; i < view_samples; ++i) {
+  for (int i = 0; i < settings.pilot_paths / paths_per_view_sample; ++i) {
     const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 0), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
     const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
@@ -173,7 +173,7 @@ class Pilot {
     const Edits& edits = scene_.edits();
     const auto lights = static_cast<int>(scene_.lights().size());
     if (!effects_.light_edits || lights == 0) return;
-    const int paths = std::max(16, pilot_paths / (edits.size() * lights));
+    const int paths = std::max(16, settings_.pilot_paths / (edits.size() * lights));
     for (int e = 0; e < edits.size() && guide.targets.size() + 1 < most_targets && !cancel_; ++e) {
       if (!contains(edits.takers(Side::Light), e) || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
       Guide aim;
@@ -231,26 +231,27 @@ class Pilot {
     const std::size_t step = std::max<std::size_t>(1, seen.points().size() / 1024);
     double found = 0, asked = 0;
     for (std::size_t i = 0; i < seen.points().size(); i += step, ++asked) map.query(V3f(seen.points()[i]), guide.radius, [&](const Photon&) { ++found; });
-    const double expected = asked > 0 ? found / asked * settings_.photons / pilot_paths : 0;
+    const double expected = asked > 0 ? found / asked * settings_.photons / settings_.pilot_paths : 0;
     const auto radius_for = [&](double photons) { return expected > photons ? static_cast<float>(guide.radius * std::sqrt(photons / expected)) : guide.radius; };
     guide.least_radius = radius_for(fewest_photons), guide.most_radius = radius_for(most_photons);
     guide.radius = gather_radius(guide, mean_length, 1 / pi);
   }
 
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
-    const std::size_t chunks = pilot_paths / paths_per_chunk, lights = scene_.lights().size();
+    const int paths = settings_.pilot_paths;
+    const std::size_t chunks = static_cast<std::size_t>((paths + paths_per_chunk - 1) / paths_per_chunk), lights = scene_.lights().size();
     photons_.assign(chunks, {});
     std::vector<std::vector<Yield>> chunk_yield(chunks, std::vector<Yield>(lights));
     pool_.parallel_for(chunks, [&](std::size_t c, int thread) {
       LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
       std::vector<Photon> photons;
-      for (int i = 0; i < paths_per_chunk && !cancel_; ++i) {
-        const auto path = static_cast<std::uint32_t>(static_cast<int>(c) * paths_per_chunk + i);
+      const auto begin = static_cast<std::uint32_t>(c) * paths_per_chunk, end = std::min(begin + paths_per_chunk, static_cast<std::uint32_t>(paths));
+      for (std::uint32_t path = begin; path < end && !cancel_; ++path) {
         const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 2), path);
         const auto photon = emit_photon(scene_, guide, sampler);
         if (!photon) continue;
         photons.clear();
-        tracer.trace(*photon, 1.0f / pilot_paths, sampler, path, photons);
+        tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler, path, photons);
         account(guide, seen, *photon, photons, chunk_yield[c][static_cast<std::size_t>(photon->light)]);
         photons_[c].insert(photons_[c].end(), photons.begin(), photons.end());
       }

@@ -11,8 +11,6 @@
 
 namespace sluice {
 
-inline constexpr int pilot_paths = 1 << 17;
-
 [[nodiscard]] Guide make_guide(const Scene& scene, const TransportSettings& settings, const Effects& effects, ThreadPool& pool, const std::atomic<bool>& cancel);
 
 }  // namespace sluice

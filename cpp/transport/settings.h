@@ -8,6 +8,7 @@ namespace sluice {
 struct TransportSettings {
   std::uint64_t seed = 0;     // already mixed with the frame when use_animated_seed
   int photons = 65536;        // paths emitted per pass
+  int pilot_paths = 1 << 17;  // of the guide; fewer in previews
   int max_depth = 12;         // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;

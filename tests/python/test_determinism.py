@@ -5,6 +5,7 @@ import copy
 
 import numpy as np
 import pytest
+import sluice_core
 from scenes import Scene, diffuse, emission, exit_at, glass, looking, mirror, quad, render, start
 
 SETTINGS = {"passes": 5, "photons": 5000, "threads": 2}  # no whole block, no whole chunk
@@ -105,6 +106,101 @@ def test_edits_all_off_is_no_edit(alone):
     plain = render(room(edited=False), **SETTINGS)
     assert render(room(), **SETTINGS, use_edits=False).hash == plain.hash
     assert plain.hash != alone.hash
+
+
+# --- another shot of what is compiled -------------------------------------------------------------------------------------------------
+
+SHOT = ("camera", "frame", "edits", "layers", "max_gates")
+
+
+def changed(what):
+    """The room after one of the things that an artist does without touching its things."""
+    scene = room()
+    d = scene.description
+    if what == "orbit":
+        scene.perspective(looking((0.5, -3, 1.8), (-0.3, 3, -1), up=(0, 0, 1)), 0.8)
+    elif what == "frame":
+        d["frame"] = {"width": 24, "height": 30, "x1": 20}
+    elif what == "drag":
+        d["edits"][0]["exits"][0]["quad"]["matrix"][:3, 3] = (-1, -1.5, 0.4)
+    elif what == "knobs":
+        d["edits"][0] |= {"amount": 0.5, "feather": 0.3, "expression": "L.*"}
+        d["max_gates"] = 1
+    elif what == "outside":  # quads reach beyond the things, so bounds grow
+        d["edits"][0]["exits"][0]["quad"]["matrix"][:3, 3] = (30, 0, 5)
+    elif what == "none":
+        d["edits"] = []
+    elif what == "layer":
+        scene.layer("Moved", "L.*F'Caustic'.*E")
+    return scene
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    session = start(room(), passes=1, photons=1000)
+    assert session.wait(60)
+    return session
+
+
+@pytest.mark.parametrize("what", ["nothing", "orbit", "frame", "drag", "knobs", "outside", "none", "layer"])
+def test_a_shot_of_what_is_compiled_is_as_one_of_all(alone, compiled, what):
+    scene = changed(what)
+    session = sluice_core.Session()
+    assert session.start_from(compiled, {key: scene.description[key] for key in SHOT if key in scene.description}, {"seed": 0, **SETTINGS})
+    assert session.wait(60) and session.progress()["state"] == "finished"
+    whole = render(scene, **SETTINGS)
+    assert session.film_hash() == whole.hash and session.warnings() == whole.warnings
+    assert session.statistics()["guide_hash"] == whole.statistics["guide_hash"]
+    assert (whole.hash == alone.hash) == (what == "nothing")
+
+
+def test_edits_off_in_a_shot(compiled):
+    session = sluice_core.Session()
+    assert session.start_from(compiled, {key: room().description[key] for key in SHOT[:3]}, {"seed": 0, **SETTINGS, "use_edits": False})
+    assert session.wait(60) and session.film_hash() == render(room(edited=False), **SETTINGS).hash
+
+
+def test_what_a_shot_cannot_be_made_of(compiled):
+    """Far small quads move the origin, on which all vertices depend; a session without things has none to give."""
+    scene = room()
+    for part in (scene.description["edits"][0]["entry"], scene.description["edits"][0]["exits"][0]["quad"], *(
+            q for e in scene.description["edits"][1:] for q in (e["entry"], e["exits"][0]["quad"]))):
+        part["matrix"][:3, 3] += (1e5, 0, 0)
+    session = sluice_core.Session()
+    assert not session.start_from(compiled, {"edits": scene.description["edits"]}, SETTINGS)
+    assert not session.start_from(sluice_core.Session(), {}, SETTINGS)
+    assert session.progress()["state"] == "idle"
+    session.start(scene.description, SETTINGS)  # it can still do what it was asked for
+    assert session.wait(60) and session.progress()["state"] == "finished"
+
+
+@pytest.mark.parametrize("broken, message", [({"edits": 3}, "'edits' of the description must be a list"), ({"camera": {"lens": "long"}}, "'lens'")])
+def test_a_shot_that_is_none(compiled, broken, message):
+    with pytest.raises(sluice_core.SceneError, match=message):
+        sluice_core.Session().start_from(compiled, broken, SETTINGS)
+
+
+def test_an_error_in_a_shot_is_the_session_s(compiled):
+    shot = {key: room().description[key] for key in SHOT[:3]}
+    shot["edits"][0]["expression"] = "LS+("
+    session = sluice_core.Session()
+    assert session.start_from(compiled, shot, SETTINGS) and session.wait(60)
+    error = session.progress()["error"]
+    assert error["item"] == "Caustic" and error["column"] == 5
+    texture = {key: room().description[key] for key in SHOT[:3]}
+    texture["edits"][0]["exits"][0]["intensity_texture"] = 5
+    session = sluice_core.Session()
+    assert session.start_from(compiled, texture, SETTINGS) and session.wait(60)
+    assert "texture: index 5 into a list of 0" in session.progress()["message"]
+
+
+def test_a_shot_outlives_the_session_it_was_made_from(alone):
+    first = start(room(), passes=1, photons=1000)
+    assert first.wait(60)
+    session = sluice_core.Session()
+    assert session.start_from(first, {key: room().description[key] for key in SHOT[:3]}, {"seed": 0, **SETTINGS})
+    del first
+    assert session.wait(60) and session.film_hash() == alone.hash
 
 
 # --- passes -----------------------------------------------------------------------------------------------------------------------------

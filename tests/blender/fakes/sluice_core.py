@@ -12,6 +12,7 @@ _CHANNELS = {"Combined": 4, "Depth": 1, "Normal": 3, "Albedo": 3, "Direct": 3, "
              "Emission": 3, "Noise": 1}
 last_description = None  # what the last session was given, for tests
 last_settings = None
+seconds_per_photon = 1e-8
 
 
 class SceneError(ValueError):
@@ -58,11 +59,12 @@ def check_layer_expression(text, names):
 class Session:
     def __init__(self):
         self._state, self._error, self._warnings = 'idle', None, []
+        self.base = None  # whose things it shows
 
     def start(self, description, settings):
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
-        self._frame, self._settings = last_description["frame"], last_settings
+        self._description, self._frame, self._settings = last_description, last_description["frame"], last_settings
         self._channels = {**_CHANNELS, **{layer["name"]: 3 for layer in last_description.get("layers", ())}}
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
@@ -75,8 +77,16 @@ class Session:
                 self._state = 'failed'
                 self._error = {"message": str(error), "item": name, "column": error.column}
 
+    def start_from(self, base, shot, settings):
+        if base._state in {'idle', 'failed'}:
+            return False
+        assert set(shot) <= {"camera", "frame", "edits", "layers", "max_gates"}
+        self.start({**base._description, **shot}, settings)
+        self.base = base
+        return True
+
     def _advance(self):
-        done = min(self._settings["passes"], int((time.monotonic() - self._begin) / (1e-8 * self._settings["photons"])))
+        done = min(self._settings["passes"], int((time.monotonic() - self._begin) / (seconds_per_photon * self._settings["photons"])))
         limit = self._settings["time_limit"]
         if self._state != 'rendering':
             return self._done

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a depsgraph's list of updates means to a picture that is being rendered of it. No bpy."""
+
+NOTHING, EDITS, THINGS = range(3)  # nothing to see; edits or settings at most; whatever else
+_UNSEEN = {"Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound", "Camera"}  # a view has its own camera
+
+
+def of(depsgraph):
+    """The largest of the kinds above that the updates may be. Scene: (de)selection, but also what is hidden; see roll()."""
+    return max((_kind(update.id) for update in depsgraph.updates), default=NOTHING)
+
+
+def _kind(datablock):
+    name = datablock.bl_rna.identifier
+    if name in _UNSEEN or name == "Object" and datablock.type == 'CAMERA':
+        return NOTHING
+    if name == "Scene" or name == "Object" and datablock.type == 'EMPTY' and datablock.instance_type == 'NONE':
+        return EDITS  # what hangs on an Empty is listed itself
+    return THINGS
+
+
+def roll(depsgraph):
+    """Who is in the picture: equal before and after an update of the scene, unless something was hidden, shown, added or exchanged."""
+    world = depsgraph.scene_eval.world
+    there = [instance.object.name_full for instance in depsgraph.object_instances
+             if instance.object.type != 'EMPTY' and (instance.show_self or instance.is_instance)]
+    return there, world and world.name_full
+
+
+def same(a, b):
+    """Equal, arrays in it too."""
+    if isinstance(a, dict):
+        return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, (list, tuple)):
+        return isinstance(b, (list, tuple)) and len(a) == len(b) and all(map(same, a, b))
+    return bool((a == b).all()) if hasattr(a, "shape") else a == b

@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendered mode without a window: what an update copies anew, and when the picture starts over. With the stand-in core."""
+from types import SimpleNamespace
+
+import bpy
+import pytest
+from mathutils import Matrix
+
+
+class Updated:
+    """The depsgraph, with a list of updates of our own."""
+
+    def __init__(self, *datablocks):
+        self._graph = bpy.context.evaluated_depsgraph_get()
+        self.updates = [SimpleNamespace(id=item.evaluated_get(self._graph)) for item in datablocks]
+
+    def __getattr__(self, name):
+        return getattr(self._graph, name)
+
+
+class Engine:
+    """What Blender gives the engine's callbacks."""
+
+    def __init__(self):
+        self.view, self.said = None, []
+
+    def update_stats(self, _, text):
+        self.said.append(text)
+
+    def tag_redraw(self):
+        pass
+
+    def get_preview_pixel_size(self, _scene):
+        return 1
+
+
+class Window:
+    """A 3D view as the engine meets it; keeps the sessions that it started."""
+
+    def __init__(self):
+        self.engine = Engine()
+        region_3d = SimpleNamespace(is_perspective=True, view_matrix=Matrix.Translation((0, 0, -5)),
+                                    window_matrix=Matrix(((2, 0, 0, 0), (0, 3, 0, 0), (0, 0, -1.002, -0.2), (0, 0, -1, 0))))
+        self.context = SimpleNamespace(blend_data=bpy.data, region=SimpleNamespace(width=160, height=80), region_data=region_3d)
+        self.copies, self.sessions = 0, []
+
+    @property
+    def view(self):
+        return self.engine.view
+
+    def update(self, *datablocks):
+        from sluice import viewport
+        viewport.update(self.engine, self.context, Updated(*datablocks))
+
+    def draw(self):
+        from sluice import viewport
+        viewport.draw(self.engine, self.context, bpy.context.evaluated_depsgraph_get())
+        if self.view.session is not None and self.view.session not in self.sessions:
+            self.sessions.append(self.view.session)
+
+    def settle(self):
+        """Draws until the finest level is done."""
+        while self.view.level < 2 or not self.view.told:
+            self.view.session.wait(60)
+            self.draw()
+
+
+@pytest.fixture
+def window(camera, new_object, cube_mesh, fake_core, monkeypatch):
+    """A view of a cube with an edit that has settled."""
+    from sluice import export, viewport
+    scene = bpy.context.scene
+    new_object("Cube", cube_mesh())
+    bpy.ops.sluice.add_edit(expression="LS+")
+    scene.sluice.passes, scene.sluice.photons = 4, 100000
+    monkeypatch.setattr(viewport, "_make_texture", lambda pixels: pixels)
+    monkeypatch.setattr(viewport, "_draw_image", lambda *_: None)
+    found = Window()
+    export_scene = export.export_scene
+
+    def counted(*arguments):
+        found.copies += 1
+        return export_scene(*arguments)
+
+    monkeypatch.setattr(export, "export_scene", counted)
+    found.update()
+    found.draw()
+    found.settle()
+    yield found
+    viewport.free(found.view)
+
+
+def test_levels(window):
+    """Coarse ones first, of little work; all of one compilation."""
+    first, second, last = window.sessions
+    assert window.copies == 1 and first.base is None and second.base is first and last.base is first
+    assert [s._frame["width"] for s in window.sessions] == [20, 80, 160]
+    assert [s._settings["passes"] for s in window.sessions] == [1, 1, 4]
+    photons, pilots = ([s._settings.get(name) for s in window.sessions] for name in ("photons", "pilot_paths"))
+    assert photons[0] < photons[1] < photons[2] == 100000 and pilots[0] < pilots[1] and pilots[2] is None
+    assert window.view.texture.shape == (80, 160, 4)
+
+
+def restarted(window, datablocks, copies):
+    """Whether an update starts the picture over; asks how often the scene was copied for it."""
+    before, known = window.copies, len(window.sessions)
+    window.update(*datablocks)
+    window.draw()
+    assert window.copies - before == copies, datablocks
+    found = len(window.sessions) > known
+    assert found == (window.view.level == 0)
+    window.settle()
+    return found
+
+
+def test_an_edit_keeps_the_things(window):
+    base = window.view.base
+    exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
+    exit_.location.x += 1
+    assert restarted(window, [exit_], copies=0) and window.view.base is base
+    assert window.sessions[-1]._description["edits"][0]["exits"][0]["quad"]["matrix"][0, 3] == exit_.matrix_world[0][3]
+    exit_.sluice.intensity = 3
+    assert restarted(window, [exit_], copies=0) and window.sessions[-1]._description["edits"][0]["exits"][0]["intensity"] == 3
+    bpy.context.scene.sluice.photons = 90000
+    assert restarted(window, [bpy.context.scene], copies=0) and window.sessions[-1]._settings["photons"] == 90000
+    bpy.context.scene.sluice.max_gates = 3
+    assert restarted(window, [bpy.context.scene], copies=0) and window.sessions[-1]._description["max_gates"] == 3
+    assert all(session.base is base for session in window.sessions[1:])
+
+
+def test_what_changes_nothing_starts_nothing(window):
+    scene, cube = bpy.context.scene, bpy.data.objects["Cube"]
+    cube.select_set(not cube.select_get())
+    assert not restarted(window, [scene], copies=0)
+    assert not restarted(window, [next(item for item in bpy.data.objects if item.sluice.role == 'ENTRY')], copies=0)
+    assert not restarted(window, [scene.camera, scene.camera.data], copies=0)  # the view is another
+    assert not restarted(window, [], copies=0)
+
+
+def test_things_are_copied_anew(window, new_object, cube_mesh):
+    scene, cube = bpy.context.scene, bpy.data.objects["Cube"]
+    cube.location.x += 1
+    assert restarted(window, [cube], copies=1) and window.sessions[-1].base is window.view.base is window.sessions[3]
+    assert restarted(window, [next(item for item in bpy.data.objects if item.sluice.role == 'EXIT'), cube], copies=1)
+    scene.sluice.specular_threshold = 0.3
+    assert restarted(window, [scene], copies=1) and window.sessions[-1]._description["specular_threshold"] == pytest.approx(0.3)
+    cube.hide_set(True)
+    assert restarted(window, [scene], copies=1) and not window.sessions[-1]._description["instances"]
+    cube.hide_set(False)
+    assert restarted(window, [scene], copies=1) and window.sessions[-1]._description["instances"]
+    scene.world = bpy.data.worlds.new("Other")
+    assert restarted(window, [scene], copies=1)
+    assert restarted(window, [scene.world], copies=1)
+
+
+def test_a_new_texture_of_an_exit(window):
+    """It is not among what was compiled; the scene need not be copied for it."""
+    exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
+    exit_.sluice.intensity_texture = bpy.data.images.new("Stripes", 4, 4)
+    base = window.view.base
+    assert restarted(window, [exit_], copies=0) and window.view.base is not base
+    found = window.sessions[-1]._description
+    assert found["images"][found["edits"][0]["exits"][0]["intensity_texture"]]["name"] == "Stripes"
+    exit_.location.x += 1
+    base = window.view.base
+    assert restarted(window, [exit_], copies=0) and window.view.base is base
+
+
+def test_orbiting_keeps_the_scene(window):
+    base, known = window.view.base, len(window.sessions)
+    window.context.region_data.view_matrix = Matrix.Translation((0, 1, -5))
+    window.draw()
+    assert window.copies == 1 and len(window.sessions) == known + 1 and window.sessions[-1].base is base
+    assert window.sessions[-1]._frame["width"] == 20
+
+
+def test_a_hand_that_does_not_stop_sees_pictures(window, fake_core):
+    """Changes come faster than coarse images: each image is seen before the next one starts, and the last one is of the end."""
+    exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
+    known = len(window.sessions)
+    fake_core.seconds_per_photon = 1  # no image before the hand moves on
+    for _ in range(10):
+        exit_.location.x += 0.1
+        window.update(exit_)
+        window.draw()
+    assert len(window.sessions) == known + 1 and window.view.stale and window.sessions[-1]._state == 'rendering'
+    fake_core.seconds_per_photon = 1e-8
+    window.view.session.wait(60)
+    window.draw()
+    assert len(window.sessions) == known + 2 and not window.view.stale and window.view.level == 0
+    assert window.sessions[-1]._description["edits"][0]["exits"][0]["quad"]["matrix"][0, 3] == exit_.matrix_world[0][3]
+
+
+def test_an_error_stands_until_it_is_mended(window):
+    entry = next(item for item in bpy.data.objects if item.sluice.role == 'ENTRY')
+    picture = window.view.texture
+    entry.sluice.expression = "LS+("
+    window.update(entry)
+    window.draw(), window.draw()
+    assert "a parenthesis is open" in window.engine.said[-1] and window.view.texture is picture
+    entry.sluice.expression = "LS+"
+    assert restarted(window, [entry], copies=1)
+
+
+def test_its_figures_are_told(window, fake_core, monkeypatch):
+    from sluice import statistics
+    row = {"name": "Light Edit", "matched": 7, "moved": 7, "capped": 0, "energy_in": 8.0, "energy_out": 4.0}
+    monkeypatch.setattr(fake_core.Session, "statistics", lambda session: {"edits": [row]})
+    exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
+    exit_.location.x += 1
+    assert restarted(window, [exit_], copies=0)
+    assert statistics.of("Light Edit").matched == 7 and statistics.of("Light Edit").power_in == 2
+    statistics.forget()
