@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""./run bench: speed on cornell.blend, and error against time beside Cycles on the box of tests/bench/. Tables go to out/bench/.
+"""./run bench: speed on cornell.blend, how soon rendered mode follows a hand, and error against time beside Cycles on the box of
+tests/bench/. Tables go to out/bench/.
 
 Wall clock moves by some percent from run to run: compare medians of several seeds (--seeds 8) on an idle machine."""
 
@@ -20,6 +21,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+EGG = ROOT / "blend_scenes/glass_egg.blend"
 CORNELL = ROOT / "blend_scenes/cornell.blend"
 
 
@@ -30,7 +32,7 @@ def arguments():
     parser.add_argument("--passes", type=int, nargs="+", default=[1, 4, 16, 64, 256])
     parser.add_argument("--samples", type=int, nargs="*", default=[16, 64, 256], help="of Cycles; none: leave it out")
     parser.add_argument("--photons", type=int, default=32768, help="per pass on the box (%(default)s)")
-    parser.add_argument("--only", choices=("speed", "large", "small", "cornell"), help="one part alone")
+    parser.add_argument("--only", choices=("speed", "drag", "large", "small", "cornell"), help="one part alone")
     parser.add_argument("--make-reference", type=int, metavar="PASSES", help="render tests/bench/cornell.npy anew (4096: minutes), and nothing else")
     parser.add_argument("--record", action="store_true", help="add the rows to tests/bench/results.csv, with commit and processor")
     return parser.parse_args()
@@ -73,6 +75,15 @@ def speed(options) -> list[dict]:
         flat["error_estimate"] = row["estimate"]
         rows.append(flat)
         print("  " + ", ".join(f"{key} {value:,}" if isinstance(value, int) else f"{key} {value}" for key, value in flat.items()))
+    return rows
+
+
+def drag(options) -> list[dict]:
+    """Rendered mode: seconds from a change to the first image of it."""
+    rows = run(options.out, EGG, task="drag", scene="glass_egg", width=960, height=540, turns=10)
+    for what, said in (("drag", "an exit is dragged"), ("orbit", "the view turns"), ("copy", "a thing moves")):
+        seconds = [row["seconds"] for row in rows if row["what"] == what]
+        print(f"  {said} → first image: median {statistics.median(seconds):.3f} s, best {min(seconds):.3f} s")
     return rows
 
 
@@ -141,6 +152,9 @@ def measure(options) -> list[str]:
     if options.only in (None, "speed"):
         write_csv(options.out / "speed.csv", speed(options))
         made.append("speed.csv")
+    if options.only in (None, "drag"):
+        write_csv(options.out / "drag.csv", drag(options))
+        made.append("drag.csv")
     scenes = [scene for scene in ("box_large", "box_small", "cornell") if options.only is None or scene.endswith(options.only)]
     if "cornell" in scenes and not box.CORNELL.exists():
         print("cornell: skipped, no reference (make one: ./run bench --make-reference 4096)")

@@ -17,8 +17,9 @@ import bpy
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests/bench"))
+sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/blender")]
 import box
+from windowless import Window
 
 
 def sluice(scene, box_filter=False, **settings):
@@ -111,6 +112,33 @@ def speed_rows(task, scene):
               core_memory=progress["memory"], peak_rss=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, statistics=statistics)  # fmt: skip
 
 
+def drag_rows(task, scene):
+    """Seconds from a change to the first image of it in rendered mode, Blender's own drawing apart."""
+    window = Window(task["width"], task["height"], scene.camera)
+    moved = next(item for item in scene.objects if item.sluice.role == "EXIT")
+    thing = next(item for item in scene.objects if item.type == "MESH")
+
+    def drag():
+        moved.location.x += 0.01
+        window.update(moved)
+
+    def orbit():
+        lens = window.region_3d.window_matrix = window.region_3d.window_matrix.copy()
+        lens[0][2] += 0.01
+
+    def copy():
+        window.update(thing)
+
+    window.update()
+    window.follow()
+    for what in (drag, orbit, copy):
+        for _ in range(task["turns"]):
+            start = time.monotonic()
+            what()
+            window.follow()
+            write(task, what=what.__name__, seconds=time.monotonic() - start)
+
+
 def main(task):
     if task["task"] == "box":
         scene = box.build(task["lamp"])
@@ -121,6 +149,8 @@ def main(task):
         image, progress, _ = sluice(small_cornell(), True, passes=task["passes"], photons=65536, seed=4711, **OPEN_ENDED)
         np.save(box.CORNELL, image.astype(np.float16))
         write(task, passes=progress["pass"], seconds=progress["seconds"], estimate=progress["error_estimate"])
+    elif task["task"] == "drag":
+        drag_rows(task, bpy.context.scene)
     elif task["task"] == "speed":
         speed_rows(task, bpy.context.scene)
     else:

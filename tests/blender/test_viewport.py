@@ -1,88 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rendered mode without a window: what an update copies anew, and when the picture starts over. With the stand-in core."""
-from types import SimpleNamespace
-
 import bpy
 import pytest
 from mathutils import Matrix
-
-
-class Updated:
-    """The depsgraph, with a list of updates of our own."""
-
-    def __init__(self, *datablocks):
-        self._graph = bpy.context.evaluated_depsgraph_get()
-        self.updates = [SimpleNamespace(id=item.evaluated_get(self._graph)) for item in datablocks]
-
-    def __getattr__(self, name):
-        return getattr(self._graph, name)
-
-
-class Engine:
-    """What Blender gives the engine's callbacks."""
-
-    def __init__(self):
-        self.view, self.said = None, []
-
-    def update_stats(self, _, text):
-        self.said.append(text)
-
-    def tag_redraw(self):
-        pass
-
-    def get_preview_pixel_size(self, _scene):
-        return 1
-
-
-class Window:
-    """A 3D view as the engine meets it; keeps the sessions that it started."""
-
-    def __init__(self):
-        self.engine = Engine()
-        region_3d = SimpleNamespace(is_perspective=True, view_matrix=Matrix.Translation((0, 0, -5)),
-                                    window_matrix=Matrix(((2, 0, 0, 0), (0, 3, 0, 0), (0, 0, -1.002, -0.2), (0, 0, -1, 0))))
-        self.context = SimpleNamespace(blend_data=bpy.data, region=SimpleNamespace(width=160, height=80), region_data=region_3d)
-        self.copies, self.sessions = 0, []
-
-    @property
-    def view(self):
-        return self.engine.view
-
-    def update(self, *datablocks):
-        from sluice import viewport
-        viewport.update(self.engine, self.context, Updated(*datablocks))
-
-    def draw(self):
-        from sluice import viewport
-        viewport.draw(self.engine, self.context, bpy.context.evaluated_depsgraph_get())
-        if self.view.session is not None and self.view.session not in self.sessions:
-            self.sessions.append(self.view.session)
-
-    def settle(self):
-        """Draws until the finest level is done."""
-        while self.view.level < 2 or not self.view.told:
-            self.view.session.wait(60)
-            self.draw()
+from windowless import Window
 
 
 @pytest.fixture
 def window(camera, new_object, cube_mesh, fake_core, monkeypatch):
     """A view of a cube with an edit that has settled."""
-    from sluice import export, viewport
+    from sluice import viewport
     scene = bpy.context.scene
     new_object("Cube", cube_mesh())
     bpy.ops.sluice.add_edit(expression="LS+")
     scene.sluice.passes, scene.sluice.photons = 4, 100000
-    monkeypatch.setattr(viewport, "_make_texture", lambda pixels: pixels)
-    monkeypatch.setattr(viewport, "_draw_image", lambda *_: None)
-    found = Window()
-    export_scene = export.export_scene
-
-    def counted(*arguments):
-        found.copies += 1
-        return export_scene(*arguments)
-
-    monkeypatch.setattr(export, "export_scene", counted)
+    found = Window(160, 80, scene.camera, monkeypatch.setattr)
     found.update()
     found.draw()
     found.settle()
@@ -168,7 +100,7 @@ def test_a_new_texture_of_an_exit(window):
 
 def test_orbiting_keeps_the_scene(window):
     base, known = window.view.base, len(window.sessions)
-    window.context.region_data.view_matrix = Matrix.Translation((0, 1, -5))
+    window.region_3d.view_matrix = Matrix.Translation((0, 1, -5))
     window.draw()
     assert window.copies == 1 and len(window.sessions) == known + 1 and window.sessions[-1].base is base
     assert window.sessions[-1]._frame["width"] == 20
