@@ -64,12 +64,12 @@ struct Distances {
   double length = 0;     // from v to y
 };  // means
 
-VisibleCells look_around(const Scene& scene, const TransportSettings& settings, Distances& mean) {
+VisibleCells look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel, Distances& mean) {
   VisibleCells seen(scene.extent());
   const FrameDescription& frame = scene.frame();
   int count = 0, far_count = 0;
   Vertex vertex;
-  for (int i = 0; i < settings.pilot_paths / paths_per_view_sample; ++i) {
+  for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
     const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 0), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
     const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
@@ -140,7 +140,7 @@ class Pilot {
   Guide run() {
     Guide guide;
     Distances mean;
-    const VisibleCells seen = look_around(scene_, settings_, mean);
+    const VisibleCells seen = look_around(scene_, settings_, cancel_, mean);
     const auto extent = static_cast<float>(scene_.extent());
     guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, 0.02f * extent);
     guide.least_radius = guide.most_radius = guide.radius = 0.02f * extent;
@@ -163,7 +163,7 @@ class Pilot {
     guide.aims.resize(power.size());
     if (guide.lights.empty()) return guide;
     share_out(guide, seen, seen_target, power);
-    size_gathers(guide, seen, mean.length);
+    if (!cancel_) size_gathers(guide, seen, mean.length);
     return guide;
   }
 
@@ -189,7 +189,7 @@ class Pilot {
         only[static_cast<std::size_t>(light)] = 1;
         aim.lights = Distribution(only);
         std::vector<Photon> photons;
-        for (int path = 0; path < paths && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++path) {
+        for (int path = 0; path < paths && !cancel_ && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++path) {
           const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 1, static_cast<std::uint64_t>(light)), static_cast<std::uint32_t>(path));
           photons.clear();
           if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);

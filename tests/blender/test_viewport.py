@@ -3,6 +3,7 @@
 import bpy
 import pytest
 from mathutils import Matrix
+from test_core import core, room  # noqa: F401  (fixtures)
 from windowless import Window
 
 
@@ -143,3 +144,41 @@ def test_its_figures_are_told(window, fake_core, monkeypatch):
     assert restarted(window, [exit_], copies=0)
     assert statistics.of("Light Edit").matched == 7 and statistics.of("Light Edit").power_in == 2
     statistics.forget()
+
+
+def test_what_was_retired_is_kept_until_it_is_over(fake_core, monkeypatch):
+    """Its last reference would wait for its threads."""
+    from sluice import core as door
+    over = False
+    monkeypatch.setattr(fake_core.Session, "wait", lambda session, seconds: over)
+    session = door.new_session()
+    door.retire(session)
+    door.new_session()
+    assert door._ending == [session]
+    over = True
+    door.new_session()
+    assert not door._ending
+
+
+def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypatch):  # noqa: F811
+    """With the real core: an exit is dragged and the view turns; bit by bit what a view shows that opens now."""
+    from sluice import viewport
+    window = Window(160, 80, room.camera, monkeypatch.setattr)
+    window.update()
+    window.draw()
+    window.settle()
+    bpy.data.objects["Exit"].location.x += 0.2
+    window.update(bpy.data.objects["Exit"])
+    window.region_3d.view_matrix = window.region_3d.view_matrix @ Matrix.Translation((0.1, 0, 0))
+    window.draw()
+    window.settle()
+    assert window.copies == 1
+    fresh = Window(160, 80, room.camera, monkeypatch.setattr)
+    fresh.region_3d.view_matrix = window.region_3d.view_matrix
+    fresh.update()
+    fresh.draw()
+    fresh.settle()
+    hashes = [[session.film_hash() for session in view.sessions] for view in (window, fresh)]
+    assert len(hashes[0]) == 6 and len(hashes[1]) == 3
+    assert hashes[0][3:] == hashes[1] and not set(hashes[0][:3]) & set(hashes[1])
+    viewport.free(window.view), viewport.free(fresh.view)
