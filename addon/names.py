@@ -36,11 +36,12 @@ def renamed(text, changes):
 def with_name(text, kind, name):
     """The expression with one more name: on the last symbol of this kind that has none (LS+ becomes LS'Egg'+), else as one more
     event of the path, before the eye if it ends there."""
-    bare = [symbol for symbol in _SYMBOL.finditer(text) if symbol["kind"] == kind and not symbol["names"]]
+    bare = [symbol for symbol in _SYMBOL.finditer(text)
+            if symbol["kind"] == kind and not symbol["names"] and not text[:symbol.start()].rstrip().endswith("!")]
     if bare:
         at = bare[-1].end("kind")
         return text[:at] + quoted([name]) + text[at:]
     end = len(text.rstrip())
-    if text[:end].endswith(("E", "C")) and not (kind == "E" or "'" in text[end:]):
+    if text[:end].endswith(("E", "C")) and kind != "E":
         end -= 1
     return text[:end] + kind + quoted([name]) + text[end:]

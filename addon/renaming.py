@@ -45,9 +45,13 @@ def _expressions():
                 yield from layer.sluice.layers
 
 
+def _count():
+    return tuple(len(getattr(bpy.data, home)) for home in _HOMES)
+
+
 def _remember():
     global _seen
-    _seen = len(bpy.data.objects)
+    _seen = _count()
     used = {name for owner in _expressions() for name in names.names_in(owner.expression)}
     found = {(home, name): _local(home, name) for home in _HOMES for name in used}
     _bearers.clear()
@@ -79,7 +83,7 @@ def _changes():
 def follow(*_):
     """Looks whether something was renamed. Cheap while nothing was: a few names are asked."""
     lost = any((item := _local(*key)) is None or _identity(item) != identity for key, identity in _bearers.items())
-    if not lost and _seen == len(bpy.data.objects):
+    if not lost and _seen == _count():
         return
     changes = _changes()
     told = []

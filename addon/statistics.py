@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the last render, final or in a view, found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
 
-Kept by the name of the entry until the next render or file; view layers add to each other. Panels, the list of edits and the overlay
-ask it."""
+Kept by the name of the entry until the next render or file; of several view layers, the last counts. Panels,
+the list of edits and the overlay ask it."""
 from collections import namedtuple
 
 import bpy
@@ -47,8 +47,9 @@ def lines(found):
         return []
     if not found.matched:
         return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))]
-    told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK'),
-            (f"Light in {power(found.power_in)}, out {power(found.power_out)}", 'BLANK1')]
+    told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK')]
+    if found.power_in > 0:  # view paths carry none
+        told.append((f"Light in {power(found.power_in)}, out {power(found.power_out)}", 'BLANK1'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
     return told
@@ -95,7 +96,7 @@ def _begin(*_):
     forget()
 
 
-_handlers = {"render_init": _begin, "render_complete": redraw, "load_post": _begin}
+_handlers = {"render_init": _begin, "render_pre": _begin, "render_complete": redraw, "load_post": _begin}
 
 
 def register():

@@ -12,7 +12,7 @@ namespace {
 enum : std::size_t { NX, NY, NZ, Offset, UX, UY, UZ, U0, SlackU, VX, VY, VZ, V0, SlackV };
 
 constexpr std::size_t chunk = QuadSet::few;
-constexpr std::size_t leaf_size = 16;
+constexpr std::size_t leaf_size = 4;  // most quads are missed: a box is cheaper than its quads
 
 bool is_member(std::span<const std::uint64_t> members, int edit) noexcept {
   const auto e = static_cast<std::size_t>(edit);
@@ -61,7 +61,7 @@ void QuadSet::add(const Quad& q, const QuadId& id) {
 
 void QuadSet::build() {
   nodes_.clear();
-  if (size() <= few) return;
+  if (size() <= leaf_size) return;
   std::vector<std::uint32_t> order(size());
   std::iota(order.begin(), order.end(), 0u);
   (void)make_node(order, 0);

@@ -44,8 +44,9 @@ std::string describe(const Statistics& s) {
   text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]), static_cast<double>(s.radius[1]));
   for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
     const EditCounts& edit = c.edits[e];
-    text += format("edit %s: took %llu paths, sent on %llu, capped %llu, energy out / in %.4g\n", s.edit_names[e].c_str(), static_cast<unsigned long long>(edit.matched),
-                   static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped), edit.energy_in > 0 ? edit.energy_out / edit.energy_in : 0.0);
+    text += format("edit %s: took %llu paths, sent on %llu, capped %llu", s.edit_names[e].c_str(), static_cast<unsigned long long>(edit.matched),
+                   static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
+    text += edit.energy_in > 0 ? format(", energy out / in %.4g\n", edit.energy_out / edit.energy_in) : "\n";  // view paths carry none
   }
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);

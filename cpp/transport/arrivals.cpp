@@ -10,7 +10,7 @@
 namespace sluice {
 namespace {
 
-constexpr int all_paths = 1 << 15, fewest_paths = 1 << 10, most_targets = 32;
+constexpr int all_paths = 1 << 15, fewest_paths = 1 << 7, most_targets = 32;
 constexpr std::size_t most_kinds = 5, longest = 5;
 
 Target sphere_around(const Quad& quad) {
@@ -55,13 +55,17 @@ std::string symbol(const Scene& scene, const Witness::Step& step) {
 }
 
 // An expression for a word and its like. The same event over and over is one with +. Of light that was scattered on its way only the
-// end counts, what it met last: L.*D'Wall', or L.*!S S'Egg'+ after mirrors and glass. Of a long word without, the two ends.
+// end counts, what it met last: L.*D'Wall', or L.*[DF]S'Egg'+ after mirrors and glass. Of a long word without, the two ends.
 std::string expression_for(const Scene& scene, const Witness& witness, int word) {
   std::vector<std::string> symbols;  // backwards
   std::vector<bool> repeats;
   bool scattered = false;
+  bool followed_only = true;
+  std::size_t followed_last = 0;  // symbols of mirrors and glass at the end
   for (int at = word; at >= 0; at = witness.step(at).before) {
-    scattered |= witness.step(at).kind == Event::D || witness.step(at).kind == Event::G;
+    const Event kind = witness.step(at).kind;
+    followed_only &= kind == Event::S;
+    scattered |= kind == Event::D || kind == Event::G;
     std::string next = symbol(scene, witness.step(at));
     if (!symbols.empty() && symbols.back() == next) {
       repeats.back() = true;
@@ -69,11 +73,14 @@ std::string expression_for(const Scene& scene, const Witness& witness, int word)
     }
     symbols.push_back(std::move(next));
     repeats.push_back(false);
+    if (followed_only) followed_last = symbols.size();
   }
   const auto written = [&](std::size_t i) { return symbols[i] + (repeats[i] ? "+" : ""); };
   if (scattered) {
-    const bool is_followed = witness.step(word).kind == Event::S;
-    return is_followed ? "L.*!S" + symbols[0] + "+" : "L.*" + symbols[0];
+    if (followed_last == 0) return "L.*" + symbols[0];
+    std::string text = "L.*[DF]";
+    for (std::size_t i = followed_last; i-- > 0;) text += symbols[i] + "+";
+    return text;
   }
   if (symbols.size() > longest) return written(symbols.size() - 1) + ".*" + written(0);
   std::string text;
@@ -92,7 +99,7 @@ int Witness::after(int word, Event kind, int thing) noexcept {
 void Witness::look(int word, double energy, const Segment& segment, double t_max) noexcept {
   if (word < 0 || segment.excluded_group == quad_.group || crossing_count_ == static_cast<int>(crossings_.size())) return;
   const auto hit = intersect(quad_, segment.origin, segment.direction);
-  if (hit && hit->t > segment.t_min && hit->t <= t_max) 
+  if (hit && hit->t > segment.t_min && hit->t <= t_max)
     crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad_.frame.n) > 0};
 }
 

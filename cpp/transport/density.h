@@ -22,10 +22,12 @@ class Receiver {
       : vertex_(vertex), mask_(static_cast<EventMask>(mask & gathering)), nearness_(static_cast<float>(1 / distance)) {
     const Bsdf& bsdf = vertex.bsdf;
     int lobes = 0, last = 0;
-    for (int i = 0; i < bsdf.count; ++i)
-      if (mask_of(bsdf.lobes[i].event) & mask_) ++lobes, last = i;
+    for (int i = 0; i < bsdf.count; ++i) {
+      if (!(mask_of(bsdf.lobes[i].event) & mask_)) continue;
+      ++lobes, last = i;
+      transmits_ = transmits_ || std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape);
+    }
     const Lobe& lobe = bsdf.lobes[last];
-    transmits_ = lit_side(bsdf) == V3f(0);
     flat_lambert_ = lobes == 1 && std::holds_alternative<Lambert>(lobe.shape) && lobe.n == bsdf.ng;
     if (flat_lambert_) lambert_ = lobe.weight / pi;
     empty_ = lobes == 0;

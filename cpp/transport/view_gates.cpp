@@ -52,7 +52,7 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   };
   int ways = 0;
   for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
-  if (ways > 0 && branch_count_ + ways > split_budget) {
+  if (ways > 0 && branch_count_ + ways + 1 > split_budget) {  // the path itself goes on too
     ++counts.split_capped;
     const int chosen = pick_one(random(), ways + 1);
     const auto boost = static_cast<float>(ways + 1);
@@ -83,9 +83,11 @@ bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const 
 // higher order than that one are not crossed (design §2).
 int ViewTracer::pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except) {
   int joins = path.joins;
-  const int below = path.own_entry >= 0 ? scene_.edits()[path.own_entry].order : std::numeric_limits<int>::max();
+  const auto is_below = [&](const Crossing& c) {  // of equals, the first described
+    return path.own_entry < 0 || std::pair(c.order, c.edit) < std::pair(scene_.edits()[path.own_entry].order, path.own_entry);
+  };
   for (const Crossing& c : plane)
-    if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && c.order < below) joins = joins_.passed(joins, c.edit);
+    if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && is_below(c)) joins = joins_.passed(joins, c.edit);
   return joins;
 }
 

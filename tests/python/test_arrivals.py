@@ -79,8 +79,10 @@ def test_scattered_light_is_told_by_what_it_met_last():
     kinds = dict(found(scene).edit()["arrivals"])
     assert 0.1 < kinds["L.*D'Wall'"] < kinds["L'Lamp'"]
     assert found(retold(scene, "L.*D'Wall'")).edit()["matched"] > 20
-    assert all(one.startswith(("L'", "L.*D'", "L.*!SS'")) for one in kinds)
-    for expression, events, wanted in (("L.*!SS'Egg'+", ["L", "D", "S'Egg'", "S'Egg'"], True), ("L.*!SS'Egg'+", ["L", "S'Egg'"], False)):
+    assert all(one.startswith(("L'", "L.*D'", "L.*[DF]S'")) for one in kinds)
+    for expression, events, wanted in (
+            ("L.*[DF]S'Egg'+", ["L", "D", "S'Egg'", "S'Egg'"], True), ("L.*[DF]S'Egg'+", ["L", "G'Floor'", "S'Egg'"], True),
+            ("L.*[DF]S'Mirror'+S'Egg'+", ["L", "D", "S'Mirror'", "S'Egg'"], True), ("L.*[DF]S'Egg'+", ["L", "S'Egg'"], False)):
         assert sluice_core.accepts(expression, events) == wanted
 
 
