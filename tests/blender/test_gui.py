@@ -48,6 +48,8 @@ def test_an_artists_hands():
     mauve = _pixels("gizmos_exit") - _pixels("gizmos_off")
     assert (np.abs(mauve).max(axis=2) > 0.1).mean() > 0.002  # handles that the switch hides
     assert _difference("layers", "layers_error") > 0.001
+    before, followed = (_pixels(name)[480:560, 570:640].mean() for name in ("followed_before", "followed"))
+    assert followed > 1.15 * before  # where the exit lights the wall: three times as much light, on a display's curve
     assert _difference("figures", "no_match") > 0.002
 
 

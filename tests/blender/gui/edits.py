@@ -66,7 +66,7 @@ def steps():
     with in_view():
         bpy.ops.ed.undo_push(message="scene")
     yield None
-    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo layers list").split():  # some alone, while one works on them
+    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo layers rendered list").split():  # some alone, while one works on them
         yield from globals()[f"{name}_steps"]()
 
 
@@ -247,6 +247,38 @@ def layers_steps():
         yield None, 0.5
         assert len(bpy.context.view_layer.sluice.layers) == left
     assert bpy.context.view_layer.sluice.layers[0].name == "Layer"
+
+
+def rendered_steps():
+    """Rendered mode with Blender's own lists of updates: the scene is copied for things alone."""
+    from sluice import viewport
+    copies = []
+    copy_all = viewport._copy_all
+    viewport._copy_all = lambda *arguments: copies.append(copy_all(*arguments))
+    bpy.data.objects["Light Edit"].sluice.expression, bpy.data.objects["Light Edit"].sluice.amount = "L", 1
+    space = area('VIEW_3D').spaces.active
+    space.shading.type, space.overlay.show_overlays = 'RENDERED', False
+    yield None, 4
+    yield "followed_before"
+    exit_, wall = bpy.data.objects["Light Edit Exit"], bpy.data.objects["Wall"]
+    assert len(copies) == 1
+    for change in (lambda: setattr(exit_, "location", exit_.location + Vector((0, 0, 0.3))), lambda: setattr(exit_.sluice, "intensity", 3),
+                   lambda: setattr(bpy.context.scene.sluice, "photons", 150000), lambda: exit_.select_set(True),
+                   lambda: setattr(bpy.context.scene.sluice, "use_edits", False), lambda: setattr(bpy.context.scene.sluice, "use_edits", True),
+                   lambda: setattr(space.region_3d, "view_distance", 10)):  # fmt: skip
+        change()
+        yield None, 0.3
+    assert len(copies) == 1
+    yield None, 3
+    yield "followed"
+    for count, change in enumerate((lambda: wall.hide_set(True), lambda: wall.hide_set(False), lambda: setattr(wall, "location", (0, 3.2, 3)),
+                                    lambda: setattr(bpy.data.objects["Area"].data, "energy", 200)), 2):  # fmt: skip
+        change()
+        yield None, 0.5
+        assert len(copies) == count
+    viewport._copy_all, space.region_3d.view_distance = copy_all, 11
+    space.shading.type, space.overlay.show_overlays = 'SOLID', True
+    yield None
 
 
 def list_steps():
