@@ -40,6 +40,8 @@ def edits_of(scene):
 def write(scene, path, file_format, **settings):
     """The last render as a file. Multilayer EXR keeps every pass."""
     image = scene.render.image_settings
+    if hasattr(image, "media_type"):  # from Blender 5.0 the kind of medium is chosen first
+        image.media_type = "MULTI_LAYER_IMAGE" if file_format == "OPEN_EXR_MULTILAYER" else "IMAGE"
     image.file_format = file_format
     for key, value in settings.items():
         setattr(image, key, value)

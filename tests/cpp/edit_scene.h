@@ -57,7 +57,7 @@ struct TestEdits {
   Warnings warnings;
   Edits edits;
 
-  explicit TestEdits(const std::vector<EditDescription>& descriptions, const std::vector<Entity>& entities = {}, const V3d& centre = V3d(0),
+  explicit TestEdits(const std::vector<EditDescription>& descriptions, const std::vector<Entity>& entities = {Entity{}}, const V3d& centre = V3d(0),
                      const Box& bounds = {}, int max_gates = 8, const std::vector<Image>& images = {})
       : edits(compile_edits(descriptions, entities, images, {centre, bounds}, max_gates, warnings)) {}
 };
