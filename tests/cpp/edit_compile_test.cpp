@@ -90,10 +90,11 @@ TEST(CompileEdits, UnknownNamesAreWarnedKnownOnesAreNot) {
   EditDescription grouped = whole("B", "L", 4, {0, 0, 5});
   grouped.collections = {"Moves"};
   const TestEdits edits({whole("A", "L'Lmap' D'Glass things' X'floor' F'Moves' F'Old' F'A' F'C'", 0), off, grouped}, entities);
-  ASSERT_EQ(edits.warnings.size(), 3u);
+  ASSERT_EQ(edits.warnings.size(), 4u);
   EXPECT_NE(edits.warnings[0].message.find("'Lamp'"), std::string::npos);
   EXPECT_NE(edits.warnings[1].message.find("'Floor'"), std::string::npos);
   EXPECT_NE(edits.warnings[2].message.find("no edit"), std::string::npos);
+  EXPECT_NE(edits.warnings[3].message.find("no path of this scene can match"), std::string::npos);
 }
 
 // F'Collection' means every edit in it.
