@@ -54,8 +54,8 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
     bl_label = "Edit Light Here"
     bl_options = {'REGISTER'}
 
-    size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor", subtype='DISTANCE', default=1.0,
-                                  min=1e-4, soft_max=10.0)
+    size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor; 0: by its distance from the eye",
+                                  subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
     @classmethod
     def poll(cls, context):

@@ -4,6 +4,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from . import operators, statistics
+from .edit_panels import check
 from .panels import Panel
 
 
@@ -44,8 +45,9 @@ class SLUICE_UL_edits(bpy.types.UIList):
         row.active = acts(scene, item)
         row.prop(edit, "enabled", text="")
         split = row.split(factor=0.55)
+        split.alert = check(edit.expression, (), "en").error is not None
         split.prop(item, "name", text="", emboss=False)
-        split.label(text=edit.expression)
+        split.label(text=edit.expression, icon='ERROR' if split.alert else 'NONE')
         row.label(text="", icon=statistics.icon(statistics.of(item.name)))
         row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
 
@@ -114,10 +116,11 @@ class SLUICE_MT_edits(bpy.types.Menu):
 
     def draw(self, _context):
         for which, label in (('ALL', "All"), ('SELECTED', "Selected")):
+            if which == 'SELECTED':
+                self.layout.separator()
             for action, icon in (('ENABLE', 'CHECKBOX_HLT'), ('DISABLE', 'CHECKBOX_DEHLT'), ('TOGGLE', 'ARROW_LEFTRIGHT')):
                 row = self.layout.operator("sluice.enable_edits", text=f"{action.title()} {label}", icon=icon)
                 row.action, row.which = action, which
-            self.layout.separator()
 
 
 class _ListPanel(Panel):

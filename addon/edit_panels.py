@@ -71,11 +71,11 @@ def _draw_expression(layout, region, edit):
     header.label(text="Expression")
     header.operator("sluice.insert_name", text="", icon='ADD')
     header.popover("SLUICE_PT_expressions", text="", icon='PRESET')
-    draw_checked(layout, region, edit)
+    return draw_checked(layout, region, edit)
 
 
 def draw_checked(layout, region, edit, is_layer=False):
-    """The field `expression` of an edit or of a layer, and what is to be said of it."""
+    """The field `expression` of an edit or of a layer, and what is to be said of it. False: it is none."""
     found = check(edit.expression, known_names(), language(), is_layer)
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
@@ -86,10 +86,11 @@ def draw_checked(layout, region, edit, is_layer=False):
         alert.alert = True
         where = "" if found.column is None else f"Column {found.column}, {_near(edit.expression, found.column)}: "
         sentence(alert, region, where + found.error, 'ERROR')
-        return
+        return False
     sentence(layout, region, found.told, {'light': 'LIGHT', 'view': 'HIDE_OFF'}.get(found.side, 'RENDERLAYERS'))
     for warning in found.warnings:
         sentence(layout, region, warning, 'INFO')
+    return True
 
 
 def _draw_arrivals(layout, found):
@@ -134,8 +135,7 @@ def _draw_entry(layout, region, item):
     edit = item.sluice
     body = layout.column()
     body.active = edit.enabled
-    _draw_expression(body, region, edit)
-    found = statistics.of(item.name)
+    found = statistics.of(item.name) if _draw_expression(body, region, edit) else None
     for text, icon in statistics.lines(found):
         sentence(body, region, text, icon)
     _draw_arrivals(body, found)
@@ -153,6 +153,8 @@ def _draw_exit(layout, edit):
     row.prop(edit, "entry")
     if edit.entry is not None:
         row.operator("sluice.select_one", text="", icon='RESTRICT_SELECT_OFF').name = edit.entry.name
+        if edit.entry.name not in bpy.context.scene.objects:
+            layout.label(text=f"{edit.entry.name} is not in this scene: nothing leaves here", icon='ERROR')
     else:
         layout.label(text="Choose the entry whose light leaves here", icon='ERROR')
     layout.separator()

@@ -64,7 +64,31 @@ def place_of(context, size):
     faces = _selected_faces(context)
     if faces is not None:
         return Matrix(placement.fit_quad(*faces)), True
-    return context.scene.cursor.matrix @ Matrix.Scale(size / 2, 4), False
+    matrix, distance = _at_cursor(context)
+    return matrix @ Matrix.Scale((size or _SHARE_OF_DISTANCE * distance) / 2, 4), False
+
+
+_SHARE_OF_DISTANCE = 0.12  # side of a new quad, of the way from the eye: it covers a part of the view, whatever the scene's scale
+_TOUCHES = 0.02            # of that way: so near to the cursor is the surface that it was set on
+
+
+def _at_cursor(context):
+    """(matrix, distance from the eye) at the 3D cursor: lying on the surface that the view shows there, if it shows one, else turned as
+    the cursor is. Without a view: as if 8 m away."""
+    cursor, view = context.scene.cursor.matrix, context.region_data
+    if view is None:
+        return cursor, 1 / _SHARE_OF_DISTANCE
+    place, back = cursor.translation, view.view_matrix.inverted()
+    forward = -back.col[2].to_3d()
+    distance = (place - back.translation).length if view.is_perspective else view.view_distance
+    direction = (place - back.translation).normalized() if view.is_perspective else forward
+    start = back.translation if view.is_perspective else place - forward * (10 * distance)
+    hit, found, normal, *_ = context.scene.ray_cast(context.evaluated_depsgraph_get(), start, direction)
+    if not hit or (found - place).length > _TOUCHES * distance:
+        return cursor, distance
+    x, y, z = placement.frame_from_normal(normal if normal.dot(direction) < 0 else -normal)
+    turn = Matrix((x, y, z)).transposed().to_4x4()
+    return Matrix.Translation(found) @ turn, distance
 
 
 ACTIONS = (
@@ -134,8 +158,8 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
 
     expression: StringProperty(name="Expression", description="Which light the entry captures", default="LS+", maxlen=1024)
     action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='MOVE')
-    size: FloatProperty(name="Size", description="Side of the entry where no faces are selected", subtype='DISTANCE', default=1.0,
-                        min=1e-4, soft_max=10.0)
+    size: FloatProperty(name="Size", description="Side of the entry where no faces are selected; 0: by its distance from the eye",
+                        subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
     @classmethod
     def poll(cls, context):

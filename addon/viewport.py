@@ -97,7 +97,8 @@ def draw(engine, context, depsgraph):
         if view.description is not None:  # else something failed: its message stands over the last image
             _follow_view(view, context)
             _refresh(engine, view, depsgraph.scene)
-            _watch(engine, view)
+            if not _at_rest(view):
+                _watch(engine, view)
         _draw_image(view, context.region)
         view.drawn = time.monotonic()
     except Exception as error:
@@ -157,6 +158,11 @@ def _refresh(engine, view, scene):
         _start(engine, view, scene, 0)
     elif finished and view.level + 1 < len(_LEVELS):
         _start(engine, view, scene, view.level + 1)
+
+
+def _at_rest(view):
+    """Nothing more will come until something changes."""
+    return view.told and not view.stale and view.level + 1 == len(_LEVELS)
 
 
 def _watch(engine, view):

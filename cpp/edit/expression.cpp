@@ -88,7 +88,7 @@ class Parser {
     const std::size_t start = at_;
     std::vector<Part> factors;
     while (!at_end() && peek() != U'|' && peek() != U')') factors.push_back(factor(level));
-    if (factors.empty()) fail(at_, "something is missing here; write an event, or make what stands beside optional with ?");
+    if (factors.empty()) fail(at_, "something is missing here; write a symbol such as L, D or S, or make what stands beside optional with ?");
     return list_of(SyntaxNode::Kind::Sequence, factors, start);
   }
 
