@@ -8,10 +8,6 @@ namespace sluice {
 
 namespace {
 
-// Columns of the arrays.
-enum : std::size_t { NX, NY, NZ, Offset, UX, UY, UZ, U0, SlackU, VX, VY, VZ, V0, SlackV };
-
-constexpr std::size_t chunk = QuadSet::few;
 constexpr std::size_t leaf_size = 4;  // most quads are missed: a box is cheaper than its quads
 
 bool is_member(std::span<const std::uint64_t> members, int edit) noexcept {
@@ -43,9 +39,7 @@ std::size_t halve(std::span<std::uint32_t> range, const std::vector<V3d>& low, c
 }  // namespace
 
 void QuadSet::add(const Quad& q, const QuadId& id) {
-  const double values[] = {q.plane_normal.x, q.plane_normal.y, q.plane_normal.z, q.plane_offset, q.dual_u.x, q.dual_u.y, q.dual_u.z,
-                           q.u0,             q.slack_u,        q.dual_v.x,       q.dual_v.y,     q.dual_v.z, q.v0,       q.slack_v};
-  for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].push_back(values[i]);
+  tests_.push_back({q.plane_normal, q.plane_offset, q.dual_u, q.u0, q.slack_u, q.dual_v, q.v0, q.slack_v});
   group_.push_back(q.group);
   order_.push_back(q.order);
   id_.push_back(id);
@@ -112,7 +106,7 @@ void QuadSet::permute(const std::vector<std::uint32_t>& order) {
     auto old = values;
     for (std::size_t i = 0; i < order.size(); ++i) values[i] = old[order[i]];
   };
-  for (auto& column : columns_) sort(column);
+  sort(tests_);
   sort(group_);
   sort(order_);
   sort(id_);
@@ -120,32 +114,22 @@ void QuadSet::permute(const std::vector<std::uint32_t>& order) {
   sort(high_);
 }
 
-// The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the same bits for t.
+// The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the same bits for t. Most quads
+// are missed by the first comparison: leaving early costs less than testing several side by side.
 template <class Found>
 void QuadSet::scan(const Segment& segment, double& t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept {
   const V3d o = segment.origin, d = segment.direction;
-  for (std::size_t base = begin; base < end; base += chunk) {
-    const std::size_t n = std::min(chunk, end - base);
-    const auto at = [&](std::size_t column) { return columns_[column].data() + base; };
-    const double *nx = at(NX), *ny = at(NY), *nz = at(NZ), *offset = at(Offset), *slack_u = at(SlackU), *slack_v = at(SlackV);
-    const double *ux = at(UX), *uy = at(UY), *uz = at(UZ), *u0 = at(U0), *vx = at(VX), *vy = at(VY), *vz = at(VZ), *v0 = at(V0);
-    double hit_t[chunk], hit_u[chunk], hit_v[chunk];
-    const double t_min = segment.t_min, t_end = t_max;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double cosine = nx[i] * d.x + ny[i] * d.y + nz[i] * d.z;
-      const double t = (offset[i] - (nx[i] * o.x + ny[i] * o.y + nz[i] * o.z)) / cosine;
-      const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
-      const double u = ux[i] * x + uy[i] * y + uz[i] * z - u0[i];
-      const double v = vx[i] * x + vy[i] * y + vz[i] * z - v0[i];
-      const bool hit = (std::abs(cosine) >= least_cosine) & (t > t_min) & (t <= t_end) & (u >= -slack_u[i]) & (u <= 1 + slack_u[i]) & (v >= -slack_v[i]) &
-                       (v <= 1 + slack_v[i]);
-      hit_t[i] = hit ? t : std::numeric_limits<double>::infinity();
-      hit_u[i] = u;
-      hit_v[i] = v;
-    }
-    for (std::size_t i = 0; i < n; ++i)
-      if (hit_t[i] <= t_max && hit_t[i] < std::numeric_limits<double>::infinity() && group_[base + i] != segment.excluded_group)
-        found(base + i, hit_t[i], V2d(std::clamp(hit_u[i], 0.0, 1.0), std::clamp(hit_v[i], 0.0, 1.0)));
+  for (std::size_t i = begin; i < end; ++i) {
+    const Test& q = tests_[i];
+    const double cosine = q.normal.x * d.x + q.normal.y * d.y + q.normal.z * d.z;
+    const double t = (q.offset - (q.normal.x * o.x + q.normal.y * o.y + q.normal.z * o.z)) / cosine;
+    if (!(std::abs(cosine) >= least_cosine && t > segment.t_min && t <= t_max)) continue;
+    const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
+    const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
+    if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) continue;
+    const double v = q.dual_v.x * x + q.dual_v.y * y + q.dual_v.z * z - q.v0;
+    if (!(v >= -q.slack_v && v <= 1 + q.slack_v) || group_[i] == segment.excluded_group || !(t < std::numeric_limits<double>::infinity())) continue;
+    found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
   }
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Many quads asked at once: a plain loop over arrays for a few, a BVH of their own beyond that (design §2: quads are not in the
+// Many quads asked at once: a plain loop for a few, a BVH of their own beyond that (design §2: quads are not in the
 // scene's acceleration structure). Every answer is computed in double by the formula of quad.h, so both ways agree bit for bit.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -64,8 +63,15 @@ class QuadSet {
   std::uint32_t make_node(std::span<std::uint32_t> range, std::uint32_t begin);
   void permute(const std::vector<std::uint32_t>& order);
 
-  // By component, so that the loop is vectorised.
-  std::array<std::vector<double>, 14> columns_;
+  struct Test {  // what a crossing is computed from (quad.h)
+    V3d normal;
+    double offset;
+    V3d dual_u;
+    double u0, slack_u;
+    V3d dual_v;
+    double v0, slack_v;
+  };
+  std::vector<Test> tests_;
   std::vector<int> group_, order_;
   std::vector<QuadId> id_;
   std::vector<V3d> low_, high_;  // boxes
