@@ -155,16 +155,15 @@ class SLUICE_PT_edits_sidebar(_ListPanel, bpy.types.Panel):
 
 
 _classes = (SLUICE_UL_edits, SLUICE_OT_solo_edit, SLUICE_OT_enable_edits, SLUICE_MT_edits, SLUICE_PT_edits, SLUICE_PT_edits_sidebar)
+_register, _unregister = bpy.utils.register_classes_factory(_classes)
 
 
 def register():
-    for cls in _classes:
-        bpy.utils.register_class(cls)
+    _register()
     bpy.types.WindowManager.sluice_edit_row = IntProperty(
         name="Light Edit", description="The edit that is chosen", get=_row, set=_choose_row, options={'SKIP_SAVE'})
 
 
 def unregister():
     del bpy.types.WindowManager.sluice_edit_row
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+    _unregister()

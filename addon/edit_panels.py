@@ -218,14 +218,13 @@ class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
 
 
 _classes = (SLUICE_OT_take_arrival, SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
+_register, _unregister = bpy.utils.register_classes_factory(_classes)
 
 
 def register():
-    for cls in _classes:
-        bpy.utils.register_class(cls)
+    _register()
 
 
 def unregister():
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+    _unregister()
     check.cache_clear()

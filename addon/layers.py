@@ -94,12 +94,4 @@ class SLUICE_PT_layers(Panel, bpy.types.Panel):
 
 _classes = (SLUICE_UL_layers, SLUICE_OT_add_layer, SLUICE_OT_remove_layer, SLUICE_OT_move_layer, SLUICE_PT_layers)
 
-
-def register():
-    for cls in _classes:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_classes)

@@ -203,12 +203,4 @@ _classes = (
     SLUICE_PT_performance, SLUICE_PT_lamp, SLUICE_PT_visibility,
 )
 
-
-def register():
-    for cls in _classes:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_classes)

@@ -180,12 +180,4 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
 
 _classes = (SLUICE_OT_insert_name, SLUICE_OT_set_expression, SLUICE_OT_load_expression, SLUICE_OT_save_expression, SLUICE_PT_expressions)
 
-
-def register():
-    for cls in _classes:
-        bpy.utils.register_class(cls)
-
-
-def unregister():
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(_classes)

@@ -6,7 +6,7 @@ Blender tells nobody that something was renamed, so who bears each name is remem
 No undo step is made: undoing the rename brings back both names, and a step in between is followed again."""
 import bpy
 
-from . import names
+from . import handlers, names
 
 _HOMES = ("objects", "collections", "worlds")
 _NOTICE_SECONDS = 6.0
@@ -136,13 +136,10 @@ _handlers = {"depsgraph_update_post": _scene_changed, "undo_post": _undone, "red
 
 
 def register():
-    for name, handler in _handlers.items():
-        getattr(bpy.app.handlers, name).append(handler)
+    handlers.add(_handlers)
 
 
 def unregister():
-    for name, handler in _handlers.items():
-        if handler in getattr(bpy.app.handlers, name):
-            getattr(bpy.app.handlers, name).remove(handler)
+    handlers.remove(_handlers)
     if bpy.app.timers.is_registered(_clear_notice):
         bpy.app.timers.unregister(_clear_notice)

@@ -7,7 +7,7 @@ from collections import namedtuple
 
 import bpy
 
-from . import status
+from . import handlers, status
 
 Found = namedtuple("Found", "matched moved capped power_in power_out crossed probed arrivals")  # powers in W per pass; arrivals: [(word, share)]
 
@@ -100,12 +100,9 @@ _handlers = {"render_init": _begin, "render_pre": _begin, "render_complete": red
 
 
 def register():
-    for name, handler in _handlers.items():
-        getattr(bpy.app.handlers, name).append(handler)
+    handlers.add(_handlers)
 
 
 def unregister():
-    for name, handler in _handlers.items():
-        if handler in getattr(bpy.app.handlers, name):
-            getattr(bpy.app.handlers, name).remove(handler)
+    handlers.remove(_handlers)
     forget()

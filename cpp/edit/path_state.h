@@ -52,11 +52,7 @@ class StateTable {
   // Edits of the state's own side whose entry would take the path (expression accepts, not used up), by `order`. At the cap too.
   [[nodiscard]] std::span<const std::uint16_t> taking(StateId state) const noexcept { return lists_[list_[state]]->edits; }
   [[nodiscard]] const TakingList& taking_list(StateId state) const noexcept { return *lists_[list_[state]]; }
-  [[nodiscard]] bool takes(StateId state, int edit) const noexcept {
-    const auto& members = lists_[list_[state]]->members;
-    const auto e = static_cast<std::size_t>(edit);
-    return e / 64 < members.size() && ((members[e / 64] >> (e % 64)) & 1);
-  }
+  [[nodiscard]] bool takes(StateId state, int edit) const noexcept { return contains(lists_[list_[state]]->members, edit); }
   [[nodiscard]] int gates(StateId state) const noexcept { return gates_[state]; }
   [[nodiscard]] bool at_cap(StateId state) const noexcept { return gates_[state] >= max_gates_; }  // an entry that would take it absorbs it
   [[nodiscard]] bool used(StateId state, int edit) const noexcept;

@@ -10,10 +10,8 @@ namespace {
 
 constexpr std::size_t leaf_size = 4;  // most quads are missed: a box is cheaper than its quads
 
-bool is_member(std::span<const std::uint64_t> members, int edit) noexcept {
-  const auto e = static_cast<std::size_t>(edit);
-  return members.empty() || (e / 64 < members.size() && ((members[e / 64] >> (e % 64)) & 1));
-}
+// No members at all: every edit is meant.
+bool is_member(EditSet members, int edit) noexcept { return members.empty() || contains(members, edit); }
 
 // Halves a range at the median of the longest side of its middles.
 std::size_t halve(std::span<std::uint32_t> range, const std::vector<V3d>& low, const std::vector<V3d>& high) {
@@ -175,7 +173,7 @@ void QuadSet::search(const Segment& segment, double& t_max, const Found& found) 
   }
 }
 
-Crossing QuadSet::first(const Segment& segment, std::span<const std::uint64_t> members) const noexcept {
+Crossing QuadSet::first(const Segment& segment, EditSet members) const noexcept {
   Crossing best;
   double t_max = segment.t_max;
   search(segment, t_max, [&](std::size_t i, double t, const V2d& uv) {
@@ -189,7 +187,7 @@ Crossing QuadSet::first(const Segment& segment, std::span<const std::uint64_t> m
   return best;
 }
 
-bool QuadSet::any(const Segment& segment, std::span<const std::uint64_t> members) const noexcept {
+bool QuadSet::any(const Segment& segment, EditSet members) const noexcept {
   bool hit = false;
   double t_max = segment.t_max;
   search(segment, t_max, [&](std::size_t i, double, const V2d&) {
@@ -200,7 +198,7 @@ bool QuadSet::any(const Segment& segment, std::span<const std::uint64_t> members
   return hit;
 }
 
-void QuadSet::all(const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const {
+void QuadSet::all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
   double t_max = segment.t_max;
   search(segment, t_max, [&](std::size_t i, double t, const V2d& uv) {
     if (is_member(members, id_[i].edit)) out.push_back({t, uv, id_[i].edit, id_[i].exit, group_[i], order_[i]});

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "edit/edit_set.h"
 #include "edit/quad.h"
 
 namespace sluice {
@@ -43,10 +44,10 @@ class QuadSet {
   [[nodiscard]] bool empty() const noexcept { return id_.empty(); }
 
   // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
-  [[nodiscard]] Crossing first(const Segment& segment, std::span<const std::uint64_t> members = {}) const noexcept;
-  [[nodiscard]] bool any(const Segment& segment, std::span<const std::uint64_t> members = {}) const noexcept;
+  [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;
+  [[nodiscard]] bool any(const Segment& segment, EditSet members = {}) const noexcept;
   // Appends all crossings, in no order.
-  void all(const Segment& segment, std::span<const std::uint64_t> members, std::vector<Crossing>& out) const;
+  void all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
 
  private:
   // Up to eight children side by side, so that their boxes are tested in one vectorised loop.

@@ -8,18 +8,9 @@
 #include <vector>
 
 #include "edit/automaton.h"
+#include "edit/edit_set.h"
 
 namespace sluice {
-
-using EditSet = std::span<const std::uint64_t>;  // bit per edit
-[[nodiscard]] inline bool is_empty(EditSet set) noexcept {
-  for (const std::uint64_t word : set)
-    if (word != 0) return false;
-  return true;
-}
-[[nodiscard]] inline bool contains(EditSet set, int edit) noexcept {
-  return ((set[static_cast<std::size_t>(edit) / 64] >> (static_cast<unsigned>(edit) % 64)) & 1) != 0;
-}
 
 class Reach {
  public:

@@ -87,7 +87,8 @@ struct DirectSample {
 };
 [[nodiscard]] std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part, const V2f& u) noexcept;
 // Density with which sample_direct makes wi. `hit`: the surface the ray met when the light is a mesh (null otherwise).
-[[nodiscard]] float pdf_direct(const Scene& scene, int light, const V3d& from, const V3f& wi, const Hit* hit) noexcept;// Where the light is sampled by its area and lies so near that one sample stands for more than a hemisphere of directions: there weights
+[[nodiscard]] float pdf_direct(const Scene& scene, int light, const V3d& from, const V3f& wi, const Hit* hit) noexcept;
+// Where the light is sampled by its area and lies so near that one sample stands for more than a hemisphere of directions: there weights
 // of next-event estimation have no bound. `pdf`: what pdf_direct() or sample_direct() says there.
 [[nodiscard]] bool is_too_near(const Light& light, float pdf) noexcept;
 // Radiance of a sun (discs only) or the world along a ray that meets nothing. A mesh light's is its material's emission.

@@ -6,6 +6,7 @@
 
 #include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/targets.h"
 
 namespace sluice {
 namespace {
@@ -13,20 +14,11 @@ namespace {
 constexpr int all_paths = 1 << 15, fewest_paths = 1 << 7, most_targets = 32;
 constexpr std::size_t most_kinds = 5, longest = 5;
 
-Target sphere_around(const Quad& quad) {
-  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
-  return {quad.point({0.5, 0.5}), static_cast<float>(0.5001 * diagonal)};
-}
-
 // Light by power; a third of it towards the entry, a third towards what mirrors or refracts.
 Guide aim_at(const Scene& scene, const Quad& entry) {
   Guide guide;
   guide.targets = {sphere_around(entry)};
-  for (std::uint32_t i = 0; i < scene.instance_count() && guide.targets.size() < most_targets; ++i) {
-    const bool specular = std::ranges::any_of(scene.instance_materials(i), [&](std::uint32_t m) { return scene.materials()[m].has_lobes(followed); });
-    const Bounds& b = scene.instance_bounds(i);
-    if (specular) guide.targets.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
-  }
+  add_specular_targets(scene, most_targets, guide.targets);
   std::vector<float> strategy(guide.targets.size() + 2, 1.0f / static_cast<float>(std::max<std::size_t>(guide.targets.size() - 1, 1)));
   strategy[0] = strategy[1] = 1, strategy.back() = 0;
   std::vector<float> power;

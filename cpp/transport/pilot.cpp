@@ -8,6 +8,7 @@
 #include "transport/density.h"
 #include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/targets.h"
 
 namespace sluice {
 namespace {
@@ -104,16 +105,6 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
   return seen;
 }
 
-bool is_specular(const Scene& scene, std::uint32_t instance) {
-  return std::ranges::any_of(scene.instance_materials(instance), [&](std::uint32_t m) { return scene.materials()[m].has_lobes(followed); });
-}
-
-Target sphere_around(const Quad& quad) {
-  const V3d middle = quad.point({0.5, 0.5});
-  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
-  return {middle, static_cast<float>(0.5001 * diagonal)};
-}
-
 // What paths towards each target brought, and what all of them brought.
 struct Yield {
   std::vector<double> close;       // per target: useful light that arrived by mirrors, glass or exits
@@ -145,11 +136,7 @@ class Pilot {
     guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, 0.02f * extent);
     guide.least_radius = guide.most_radius = guide.radius = 0.02f * extent;
     if (!effects_.photons()) return guide;
-    for (std::uint32_t i = 0; i < scene_.instance_count(); ++i)
-      if (is_specular(scene_, i) && guide.targets.size() < most_targets / 2) {
-        const Bounds& b = scene_.instance_bounds(i);
-        guide.targets.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
-      }
+    add_specular_targets(scene_, most_targets / 2, guide.targets);
     find_entries(guide);
     const int seen_target = seen.empty() ? -1 : static_cast<int>(guide.targets.size());
     if (seen_target >= 0) guide.targets.push_back(seen.sphere());

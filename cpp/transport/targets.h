@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Spheres that are worth aiming photons at, of entries and of things that mirror or refract.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "edit/quad.h"
+#include "scene/scene.h"
+#include "transport/guide.h"
+
+namespace sluice {
+
+[[nodiscard]] inline Target sphere_around(const Quad& quad) {
+  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
+  return {quad.point({0.5, 0.5}), static_cast<float>(0.5001 * diagonal)};
+}
+
+// Adds the scene's specular things, in its order, as long as there are fewer than `most` targets.
+inline void add_specular_targets(const Scene& scene, std::size_t most, std::vector<Target>& targets) {
+  const auto is_specular = [&](std::uint32_t material) { return scene.materials()[material].has_lobes(followed); };
+  for (std::size_t i = 0; i < scene.instance_count() && targets.size() < most; ++i) {
+    if (!std::ranges::any_of(scene.instance_materials(i), is_specular)) continue;
+    const Bounds& b = scene.instance_bounds(i);
+    targets.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
+  }
+}
+
+}  // namespace sluice
