@@ -40,10 +40,25 @@ def start(width=960, height=540):
 def save(script):
     """Writes the .blend beside the script, with everything it uses inside."""
     path = os.path.splitext(os.path.abspath(script))[0] + ".blend"
+    _set_the_stage()
     bpy.ops.outliner.orphans_purge(do_recursive=True)
     bpy.context.preferences.filepaths.save_version = 0
     bpy.ops.wm.save_as_mainfile(filepath=path, compress=True, check_existing=False)
     print(f"{path}: {os.path.getsize(path) / 1024:.0f} KiB")
+
+
+def _set_the_stage():
+    """The file opens at its first edit, seen through the camera in the colours of the materials. (Rendered mode is never saved.)"""
+    edits = sorted((item for item in bpy.context.scene.objects if item.sluice.role == "ENTRY"), key=lambda item: item.sluice.order)
+    for item in bpy.context.scene.objects:
+        item.select_set(item in edits[:1])
+    bpy.context.view_layer.objects.active = edits[0]
+    for space in (area.spaces.active for screen in bpy.data.screens for area in screen.areas):
+        if space.type == "VIEW_3D":
+            space.region_3d.view_perspective, space.region_3d.view_camera_zoom = "CAMERA", 20
+            space.shading.color_type = "MATERIAL"
+        elif space.type == "PROPERTIES":
+            space.context = "DATA"
 
 
 def _add(name, data, parent=None):
@@ -151,6 +166,8 @@ def material(name, node, **inputs):
     shader, output = tree.nodes.new(node), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
     for key, value in inputs.items():
+        if "Color" in key:
+            item.diffuse_color = _solid(value)
         socket = shader.inputs[key.replace("_", " ")]
         if isinstance(value, bpy.types.Image):
             texture = tree.nodes.new("ShaderNodeTexImage")
@@ -159,6 +176,15 @@ def material(name, node, **inputs):
         else:
             socket.default_value = (*value, 1) if isinstance(value, tuple) else value
     return item
+
+
+def _solid(value):
+    """What the viewport's solid mode shows of a colour or of an image."""
+    if isinstance(value, bpy.types.Image):
+        pixels = np.empty(len(value.pixels), np.float32)
+        value.pixels.foreach_get(pixels)
+        return (*(pixels.reshape(-1, 4)[:, :3].mean(0) ** 2.2).tolist(), 1)
+    return (*value, 1)
 
 
 def matte(name, color):

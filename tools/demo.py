@@ -24,6 +24,7 @@ SCENES = {
     "fig6": "Figure 6. What the green wall sheds turns red; the wall stays green",
     "fig7": "Figure 7. A caustic four times round its egg, which mirrors them",
     "fig8": "Figure 8. One square takes what comes through the ball, on its way to the table and to the eye",
+    "rosette": "A caustic drawn on the wall in front of the eye, which looks through both squares",
     "glass_egg": "A first edit: a caustic moved to the wall",
     "cornell": "The red wall's bleeding dimmed; a caustic copied twice, once in green",
     "window": "Direct light: the sun's patch moved along the floor",
@@ -39,6 +40,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=22, help="of rendering per picture (%(default)s)")
     parser.add_argument("--passes", type=int, default=0, help="per picture instead of a time: the same picture on any machine")
     parser.add_argument("--photons", type=int, default=0, help="per pass, instead of what each scene asks for")
+    parser.add_argument("--seed", type=int, default=0, help="of the random numbers (%(default)s)")
     parser.add_argument("--percent", type=int, default=100, help="of the scenes' resolution (%(default)s)")
     parser.add_argument("--frames", type=int, default=24, help="of an animated scene (%(default)s)")
     parser.add_argument("--engine", default="SLUICE", help="CYCLES shows the unedited scenes for comparison")

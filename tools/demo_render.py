@@ -88,7 +88,7 @@ def main(options):
         seconds /= 6
     scene.render.engine, scene.render.resolution_percentage = engine, options["percent"]
     scene.sluice.photons = options["photons"] or scene.sluice.photons
-    scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes = seconds, 0, passes
+    scene.sluice.time_limit, scene.sluice.error_target, scene.sluice.passes, scene.sluice.seed = seconds, 0, passes, options["seed"]
     if engine == "CYCLES":
         scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, passes, seconds
     size = [side * options["percent"] // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
