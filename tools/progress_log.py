@@ -31,10 +31,12 @@ def error_curve(updates: list[dict]) -> tuple[list[float], list[float]]:
 
 
 def slope(seconds: list[float], errors: list[float]) -> tuple[float, float] | None:
-    """Line through the later half of the curve in log-log: (exponent, log of the error at 1 s)."""
-    tail = [(math.log(s), math.log(e)) for s, e in zip(seconds, errors, strict=True)][len(seconds) // 2 :]
-    if len(tail) < 3:
-        return None
+    """Line through the later half of the curve in log-log: (exponent, log of the error at 1 s). Of fewer than three points the last one,
+    with the exponent of noise."""
+    points = [(math.log(s), math.log(e)) for s, e in zip(seconds, errors, strict=True)]
+    tail = points[min(len(points) // 2, len(points) - 3) :]
+    if len(points) < 3:
+        return (-0.5, points[-1][1] + 0.5 * points[-1][0]) if points else None
     mean_x, mean_y = (sum(values) / len(tail) for values in zip(*tail, strict=True))
     spread = sum((x - mean_x) ** 2 for x, _ in tail)
     if spread == 0:

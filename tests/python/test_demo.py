@@ -70,7 +70,7 @@ def check_edits(name, out):
         assert all(edit["matched"] > 0 for edit in edits)
         without_exit = [edit["name"] for edit in edits if edit["moved"] == 0]
         assert without_exit == (["Blue caustic"] if name == "fig5" else [])
-        assert {item for item, _ in last["warnings"]} == set(without_exit)
+        assert [item for item, _ in last["warnings"]] == without_exit
 
 
 def check_colours(name, before, after):
@@ -143,6 +143,9 @@ def test_price_of_an_error():
     cost, reached = progress_log.price(seconds, errors, 0.01)
     assert not reached and abs(cost - 400) < 1e-6
     assert progress_log.price(seconds, [0.3] * 40, 0.01) is None, "an error that does not fall has no price"
+    assert progress_log.price([], [], 0.01) is None
+    assert abs(progress_log.price([9.0], [0.05], 0.01)[0] - 225) < 1e-6, "of one estimate: as noise falls"
+    assert abs(progress_log.price(seconds[:3], errors[:3], 0.01)[0] - 400) < 1e-6
 
 
 def test_log_that_is_still_being_written(tmp_path):
