@@ -54,10 +54,9 @@ std::span<const std::uint32_t> StateTable::content(StateId state) const noexcept
   return {words_.data() + begin_[state], words_.data() + begin_[state + 1]};
 }
 
-bool StateTable::used(StateId state, int edit) const noexcept {
+std::span<const std::uint32_t> StateTable::used(StateId state) const noexcept {
   const auto all = content(state);
-  const auto edits = all.subspan(states_word + automata_of(all[side_word]).size());
-  return std::binary_search(edits.begin(), edits.end(), static_cast<std::uint32_t>(edit));
+  return all.subspan(states_word + automata_of(all[side_word]).size());
 }
 
 std::strong_ordering StateTable::compare(StateId a, StateId b) const noexcept {
@@ -80,7 +79,7 @@ StateId StateTable::advance(StateId state, EventClass event, int edit) noexcept 
       ++scratch_[gates_word];
       const auto used = scratch_.begin() + static_cast<std::ptrdiff_t>(states_word + automata.size());
       const auto at = std::lower_bound(used, scratch_.end(), static_cast<std::uint32_t>(edit));
-      if (!(*edits_)[edit].repeat && (at == scratch_.end() || *at != static_cast<std::uint32_t>(edit))) scratch_.insert(at, static_cast<std::uint32_t>(edit));
+      if (at == scratch_.end() || *at != static_cast<std::uint32_t>(edit)) scratch_.insert(at, static_cast<std::uint32_t>(edit));
     }
     return intern(scratch_);
   } catch (const std::bad_alloc&) {
@@ -168,7 +167,7 @@ std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
   TakingList list;
   for (std::size_t i = 0; i < of_edits; ++i)
     for (const std::uint16_t edit : automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i])))
-      if (!std::binary_search(used.begin(), used.end(), static_cast<std::uint32_t>(edit))) list.edits.push_back(edit);
+      if ((*edits_)[edit].repeat || !std::binary_search(used.begin(), used.end(), static_cast<std::uint32_t>(edit))) list.edits.push_back(edit);
   std::sort(list.edits.begin(), list.edits.end(), [&](std::uint16_t a, std::uint16_t b) {
     const int x = (*edits_)[a].order, y = (*edits_)[b].order;
     return x != y ? x < y : a < b;

@@ -55,7 +55,8 @@ class StateTable {
   [[nodiscard]] bool takes(StateId state, int edit) const noexcept { return contains(lists_[list_[state]]->members, edit); }
   [[nodiscard]] int gates(StateId state) const noexcept { return gates_[state]; }
   [[nodiscard]] bool at_cap(StateId state) const noexcept { return gates_[state] >= max_gates_; }  // an entry that would take it absorbs it
-  [[nodiscard]] bool used(StateId state, int edit) const noexcept;
+  // Edits that have acted on the path, in ascending order; those that do not repeat are used up. The span lives until the next state is interned.
+  [[nodiscard]] std::span<const std::uint32_t> used(StateId state) const noexcept;
 
   // The images of a whole path, by its state behind E.
   [[nodiscard]] ImageSet images(StateId state) const noexcept { return images_.empty() ? picture : images_[state]; }

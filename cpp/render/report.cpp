@@ -13,6 +13,16 @@ std::string format(const char* pattern, Args... args) {
   return text;
 }
 
+// Of an edit. View paths carry no energy.
+std::string figures(const Statistics& s, std::size_t e) {
+  const EditCounts& edit = s.counts.edits[e];
+  std::string text = "edit " + s.edit_names[e] + format(": took %llu paths, sent on %llu, capped %llu", static_cast<unsigned long long>(edit.matched),
+                                                        static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
+  if (edit.energy_in > 0) text += format(", energy out / in %.4g, took %.3g %% of the lamps' light", edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
+  if (e < s.edit_shares.size() && edit.moved > 0) text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e], edit.seconds / s.threads);
+  return text + '\n';
+}
+
 // Edits that took no light, and what light there was.
 std::string missed(const Statistics& s) {
   std::string text;
@@ -42,12 +52,7 @@ std::string describe(const Statistics& s) {
                  millions(c.rays + c.shadow_rays), millions(c.photon_paths), millions(c.photons_stored), millions(c.view_paths), millions(c.gathers),
                  c.gathers ? static_cast<double>(c.photons_gathered) / static_cast<double>(c.gathers) : 0.0);
   text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]), static_cast<double>(s.radius[1]));
-  for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
-    const EditCounts& edit = c.edits[e];
-    text += format("edit %s: took %llu paths, sent on %llu, capped %llu", s.edit_names[e].c_str(), static_cast<unsigned long long>(edit.matched),
-                   static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
-    text += edit.energy_in > 0 ? format(", energy out / in %.4g\n", edit.energy_out / edit.energy_in) : "\n";  // view paths carry none
-  }
+  for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) text += figures(s, e);
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);

@@ -156,7 +156,7 @@ void Session::render_scene(const Scene& scene) {
     stop = should_stop(seconds_since(pass_begin));
   }
   close_film_block();
-  measure_layers(scene);
+  measure_shares(scene);
   if (settings_.explain_edits && stop != StopReason::Cancelled) explain_edits(scene, effects);
   finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
 }
@@ -188,13 +188,16 @@ void Session::close_film_block() {
   film_->close_block();
 }
 
-void Session::measure_layers(const Scene& scene) {
+// What layers and edits make up of the picture.
+void Session::measure_shares(const Scene& scene) {
   std::vector<LayerShare> layers;
   const double whole = film_->mean_luminance("Combined");
-  for (const LayerDescription& layer : scene.edits().layers())
-    layers.push_back({layer.name, layer.expression, whole > 0 ? film_->mean_luminance(layer.name) / whole : 0});
+  const auto share = [whole](double part) { return whole > 0 ? part / whole : 0; };
+  for (const LayerDescription& layer : scene.edits().layers()) layers.push_back({layer.name, layer.expression, share(film_->mean_luminance(layer.name))});
   const std::lock_guard lock(lock_);
   statistics_.layers = std::move(layers);
+  const double samples = static_cast<double>(progress_.pass) * film_->width() * film_->height();
+  for (const EditCounts& edit : statistics_.counts.edits) statistics_.edit_shares.push_back(samples > 0 ? share(edit.shown / samples) : 0);
 }
 
 void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds) {

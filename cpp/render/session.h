@@ -58,6 +58,7 @@ struct Statistics {
   std::array<double, phase_count> seconds{};
   std::vector<Effects::Reason> reasons;
   std::vector<std::string> edit_names;  // of counts.edits
+  std::vector<double> edit_shares;      // of the picture's luminance: light that the edit took on its way
   std::vector<LayerShare> layers;
   std::vector<Arrivals> arrivals;       // at the edits' entries; empty unless the settings ask
   std::uint64_t guide_hash = 0;
@@ -104,7 +105,7 @@ class Session {
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
   void explain_edits(const Scene& scene, const Effects& effects);
-  void measure_layers(const Scene& scene);
+  void measure_shares(const Scene& scene);
   void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);

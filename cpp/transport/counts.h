@@ -2,6 +2,7 @@
 // What a pass counts beside its image: the energy ledger (design §4), traffic through the edits, work done, everything dropped or
 // capped. One set per piece of work, added up in the order of the pieces, so the sums do not depend on threads.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <vector>
 
@@ -26,10 +27,12 @@ struct EditCounts {
   std::uint64_t moved = 0;    // copies sent on by exits
   std::uint64_t capped = 0;   // absorbed at max_gates
   double energy_in = 0, energy_out = 0;
+  double shown = 0;    // luminance that the light it took brings to all samples of the picture
+  double seconds = 0;  // of a thread, on paths beyond its gates; no part of any picture, and another each time
 
   void operator+=(const EditCounts& o) noexcept {
     matched += o.matched, moved += o.moved, capped += o.capped;
-    energy_in += o.energy_in, energy_out += o.energy_out;
+    energy_in += o.energy_in, energy_out += o.energy_out, shown += o.shown, seconds += o.seconds;
   }
 };
 
@@ -50,6 +53,25 @@ struct Counts {
     non_finite += o.non_finite, adjoint_clamped += o.adjoint_clamped, depth_capped += o.depth_capped, gates_capped += o.gates_capped;
     split_capped += o.split_capped, grazing_dropped += o.grazing_dropped;
   }
+};
+
+// Adds the time that it lives to the edit through whose gate a branch came; of branches that came through none (< 0) it takes none.
+class BranchClock {
+ public:
+  BranchClock(Counts& counts, int edit) noexcept : counts_(counts), edit_(edit) {
+    if (edit_ >= 0) begin_ = Clock::now();
+  }
+  ~BranchClock() {
+    if (edit_ >= 0) counts_.edits[static_cast<std::size_t>(edit_)].seconds += std::chrono::duration<double>(Clock::now() - begin_).count();
+  }
+  BranchClock(const BranchClock&) = delete;
+  BranchClock& operator=(const BranchClock&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Counts& counts_;
+  int edit_;
+  Clock::time_point begin_{};
 };
 
 }  // namespace sluice

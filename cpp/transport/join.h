@@ -34,10 +34,7 @@ class Joins {
     return false;
   }
 
-  // Is q, the state of light that arrives at the list's far end, in C?
-  [[nodiscard]] bool allows(StateTable& states, StateId q, int step) const noexcept { return !is_constrained(step) || arrive(states, q, step); }
-
-  // What q is at the eye; empty if it is not in C.
+  // What q, the state of light that arrives at the list's far end, is at the eye; empty if it is not in C.
   [[nodiscard]] std::optional<StateId> arrive(StateTable& states, StateId q, int step) const noexcept {
     for (; step >= 0; step = steps_[static_cast<std::size_t>(step)].towards_eye) {
       const Step& s = steps_[static_cast<std::size_t>(step)];

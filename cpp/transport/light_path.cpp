@@ -26,6 +26,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   Vertex vertex;
   while (branch_count_ > 0) {
     LightPath path = branches_[--branch_count_];
+    const BranchClock clock(counts, path.at_edit);
     while (next_vertex(path, vertex)) {
       store(path, vertex, out);
       if (!scatter(path, vertex, sampler)) break;

@@ -106,7 +106,7 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
   path.length += crossing.t;
   path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
   if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);  // its F is an event of the view word too
-  path.own_entry = crossing.edit;
+  path.own_entry = path.last_edit = crossing.edit;
   apply_gate(path, *passage, weight);
   return !is_black(path.weight);
 }
@@ -143,7 +143,7 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
   copy.length += crossing.t;
   copy.state = states_.through(path.state, crossing.edit);
   copy.joins = joins_.view_gate(path.joins, crossing.edit);
-  copy.at_edit = crossing.edit, copy.at_exit = exit;
+  copy.at_edit = copy.last_edit = crossing.edit, copy.at_exit = exit;
   apply_gate(copy, *passage, weight);
   if (is_black(copy.weight)) return;
   ++branch_count_;

@@ -69,20 +69,22 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   for (const Arm& arm : arms) {
     for (int i = 0; i < count; ++i) {
       const Arrived& at = arrived[static_cast<std::size_t>(i)];
-      const ImageSet images = arm.images & (asks_state(arm.joins) ? join(q, event_at(arm.joins, vertex, at.event)) : picture);
-      if (images) add(part, path, at.radiance * visible * arm.weight, images);
+      Joined to = asks_state(arm.joins) ? join(q, event_at(arm.joins, vertex, at.event)) : Joined{picture};
+      to.images &= arm.images;
+      if (to.images) add(part, path, at.radiance * visible * arm.weight, to);
     }
   }
 }
 
-ImageSet ViewTracer::join(StateId q, int joins) noexcept {
-  if (!effects_.layers) return joins_.allows(states_, q, joins) ? picture : 0;
+ViewTracer::Joined ViewTracer::join(StateId q, int joins) noexcept {
   const auto at_eye = joins_.arrive(states_, q, joins);
-  return at_eye ? states_.images(states_.next(*at_eye, scene_.edits().event_class(Event::E, -1))) : 0;
+  if (!at_eye) return {0};
+  return {effects_.layers ? states_.images(states_.next(*at_eye, scene_.edits().event_class(Event::E, -1))) : picture, *at_eye};
 }
 
 // For a state of the pass's photons. Remembered while C stays the same.
-ImageSet ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
+ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
+  if (!asks_state(joins)) return {picture, state_of_[q]};
   if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
   if (memo_mark_[q] != memo_now_) {
     memo_mark_[q] = memo_now_;
@@ -114,20 +116,21 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const int room = settings_.max_depth - path.depth - 1;
   for_each_lobe(path.joins, v, all_images, [&](EventMask mask, int joins, ImageSet asked) {
     ++counts.gathers;
-    const bool asks = asks_state(joins), sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
+    const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return;
-      ImageSet images = asks ? join_photon(photon.q(), joins) & asked : picture;
-      if (!images) return;
+      Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
+      to.images &= asked;
+      if (!to.images) return;
       ++counts.photons_gathered;
-      if (sums) sum[static_cast<std::size_t>(photon.arrival())] += radiance, images &= ~picture;
-      if (images) add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, images);
+      if (sums) sum[static_cast<std::size_t>(photon.arrival())] += radiance, to.images &= ~picture, credit(to.q, radiance * path.weight);
+      if (to.images) add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
     });
     if (!sums) return;
-    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], picture);
-    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], picture);
+    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], {picture});
+    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], {picture});
   });
 }
 
@@ -240,17 +243,18 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
     if (is_black(arm.weight)) continue;
     for_each_lobe(arm.joins, y, arm.images, [&](EventMask mask, int joins, ImageSet asked) {
       ++counts.gathers;
-      const bool asks = asks_state(joins), sums = path.hue < 0 && (asked & picture);
+      const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);
       Color sum(0);
       estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return;
-        ImageSet images = asks ? join_photon(photon.q(), joins) & asked : picture;
-        if (!images) return;
+        Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
+        to.images &= asked;
+        if (!to.images) return;
         ++counts.photons_gathered;
-        if (sums) sum += radiance, images &= ~picture;
-        if (images) add(Part::Indirect, path, radiance * arm.weight, images);
+        if (sums) sum += radiance, to.images &= ~picture, credit(to.q, radiance * arm.weight * path.weight);
+        if (to.images) add(Part::Indirect, path, radiance * arm.weight, to);
       });
-      if (sums) add(Part::Indirect, path, sum * arm.weight, picture);
+      if (sums) add(Part::Indirect, path, sum * arm.weight, {picture});
     });
   }
 }
@@ -277,12 +281,13 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
     }
   }
   for (const Arm& arm : arms) {
-    ImageSet images = arm.images & picture;
+    Joined to{picture};
     if (asks_state(arm.joins)) {
       const int entity = light >= 0 ? scene_.light_entity(light) : scene_.entity(*hit);
-      images = join(states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity)), arm.joins) & arm.images;
+      to = join(states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity)), arm.joins);
     }
-    if (images) add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight, images);
+    to.images &= arm.images;
+    if (to.images) add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight, to);
   }
 }
 

@@ -22,7 +22,7 @@ void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons
   state_of_.clear();
   for (const auto& content : photons.states) state_of_.push_back(states_.intern(content));
   memo_mark_.assign(photons.states.size(), 0);
-  memo_.assign(photons.states.size(), 0);
+  memo_.assign(photons.states.size(), {});
   memo_now_ = 0, memo_joins_ = Joins::none;
 }
 
@@ -42,6 +42,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
   branch_count_ = 1;
   while (branch_count_ > 0) {
     ViewPath branch = branches_[--branch_count_];
+    const BranchClock clock(counts, branch.last_edit);
     follow(branch);
   }
   return sample_;
@@ -49,7 +50,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
 
 // Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
 // each contribution on its own, from the light's end to the eye's (design §4).
-void ViewTracer::add(Part part, const ViewPath& path, Color radiance, ImageSet images) noexcept {
+void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
     radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) * hues_[static_cast<std::size_t>(step)].factor;
@@ -57,8 +58,11 @@ void ViewTracer::add(Part part, const ViewPath& path, Color radiance, ImageSet i
     ++counts.non_finite;
     return;
   }
-  if (images & picture) sample_.parts[static_cast<std::size_t>(part)] += radiance;
-  for (ImageSet layers = images >> 1; layers; layers &= layers - 1) layers_[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+  if (to.images & picture) {
+    sample_.parts[static_cast<std::size_t>(part)] += radiance;
+    credit(to.q, radiance);
+  }
+  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) layers_[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
 }
 
 void ViewTracer::follow(ViewPath& path) {

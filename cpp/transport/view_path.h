@@ -29,6 +29,7 @@ struct ViewPath {
   int excluded_group = -1;  // plane group that the segment starts on
   int own_entry = -1;       // just came backward out of this light edit's entry: the entry's plane comes first
   int at_edit = -1, at_exit = 0;  // just left this exit of a view edit: entries in its plane come first
+  int last_edit = -1;       // whose gate it met last
   float width = 0, spread = 0;    // footprint of a pixel: width + spread · length
   double length = 0;
   float lobe_pdf = 0;             // with which the last followed lobe made the direction, for MIS; 0: by no chance (delta, camera, gate)
@@ -62,6 +63,10 @@ class ViewTracer {
   };
 
   enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
+  struct Joined {  // what light becomes at the end of the list
+    ImageSet images;                // that it is part of; none: its q is not in C
+    StateId q = StateTable::dead;   // which edits it met, if it met any
+  };
   struct Arm {  // one kind of lobe of v through which gathered light reaches the eye
     int joins;
     Color weight;
@@ -86,7 +91,12 @@ class ViewTracer {
   void record_first(const Vertex* vertex) noexcept;
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
-  void add(Part part, const ViewPath& path, Color radiance, ImageSet images) noexcept;
+  void add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept;
+  // Light that edits took on its way is in their statistics.
+  void credit(StateId q, const Color& radiance) noexcept {
+    if (q == StateTable::dead || states_.gates(q) == 0 || !is_finite(radiance)) return;
+    for (const std::uint32_t edit : states_.used(q)) counts.edits[edit].shown += luminance(radiance);
+  }
 
   // gates on view segments (view_gates.cpp)
   [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps);
@@ -119,11 +129,11 @@ class ViewTracer {
   [[nodiscard]] StateId light_state(int light) noexcept {
     return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
   }
-  // Which images light in state q becomes part of at the end of the list; none: q is not in C.
-  [[nodiscard]] ImageSet join(StateId q, int joins) noexcept;
-  [[nodiscard]] ImageSet join_photon(std::uint32_t q, int joins) noexcept;
+  [[nodiscard]] Joined join(StateId q, int joins) noexcept;
+  [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
   [[nodiscard]] bool asks_words() const noexcept { return effects_.light_edits || effects_.layers; }  // else events need not be listed
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
+  [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
   [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.edits().event_class(e, scene_.entity(vertex.hit))); }
   // Is it one to all expressions whether light leaves by D or by G?
   [[nodiscard]] bool same_event(const Vertex& vertex) const noexcept {
@@ -147,7 +157,7 @@ class ViewTracer {
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number
   std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last
-  std::vector<ImageSet> memo_;
+  std::vector<Joined> memo_;
   std::uint32_t memo_now_ = 0;
   int memo_joins_ = Joins::none;
 

@@ -157,6 +157,47 @@ def test_an_edits_layer_is_what_its_exit_adds():
         assert abs(off) <= half_width <= 0.05
 
 
+@pytest.mark.parametrize("kind", ["light", "view", "both", "hues"])
+def test_an_edits_share_is_that_of_its_layer(kind):
+    """What the estimators book to edits by their states, and what the automata read from whole words; without layers too."""
+    scene = room(**ROOMS[kind])
+    for edit in scene.description["edits"]:
+        scene.layer(edit["entry"]["name"], f"L.*F'{edit['entry']['name']}'.*E")
+    plain, done = render(room(**ROOMS[kind]), **SETTINGS), render(scene, **SETTINGS)
+    for layer in done.statistics["layers"]:
+        name, share = layer["name"], layer["share"]
+        assert share > 1e-3
+        assert done.edit(name)["share"] == pytest.approx(share, rel=1e-4) and plain.edit(name)["share"] == pytest.approx(share, rel=1e-4)
+        assert 0 < plain.edit(name)["seconds"] < sum(plain.statistics["seconds"].values())
+
+
+def test_an_edit_that_repeats_is_booked_once():
+    """Light that it takes twice on its way is in its share once."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.6), half=1.0)
+    scene.plane("Wall", [(-1, 1, 0), (1, 1, 0), (1, 1, 2), (-1, 1, 2)], diffuse(0.8))
+    scene.point((0, 0, 2), 30)
+    patch = {"x": (0.7, 0, 0), "y": (0, 0.7, 0)}
+    scene.edit("L.*", quad((0, 0.3, 0), **patch), [exit_at((0, 0.3, 0), **patch)], name="Often", repeat=True)
+    scene.layer("Often", "L.*F'Often'.*E")
+    scene.layer("twice", "L.*F'Often'.*F'Often'.*E")
+    done = render(scene, **SETTINGS)
+    once, twice = (layer["share"] for layer in done.statistics["layers"])
+    assert 0.1 * once < twice < once < 1 and done.edit("Often")["share"] == pytest.approx(once, rel=1e-4)
+
+
+def test_an_edit_without_exit_shows_nothing():
+    """What it took is told as energy: here all that the lamp sends at it."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.6), half=1.0)
+    scene.sun((0, 0, -1), 1.0)
+    scene.edit("L", quad((0, 0, 0)), [], name="Gone")
+    done = render(scene, **SETTINGS)
+    gone = done.edit("Gone")
+    assert gone["share"] == gone["seconds"] == gone["energy_out"] == 0 and gone["energy_in"] > 0
+    assert "% of the lamps' light" in done.statistics["report"] and "of the picture's light" not in done.statistics["report"]
+
+
 # --- bad input ------------------------------------------------------------------------------------------------------------------------
 
 
