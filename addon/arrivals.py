@@ -5,7 +5,7 @@ A short session of its own with an entry that takes nothing (no path has two lam
 import bpy
 import numpy as np
 
-from . import compat, core, export, final, operators, words
+from . import compat, core, export, final, operators, statistics, words
 from .edit_panels import language
 from .export.names import Names
 from .export.settings import export_settings
@@ -34,12 +34,12 @@ def ask(depsgraph, collections, matrix):
 
 
 def answer(session):
-    """[(expression, share)] of a session that is over; a Failure if it could not tell."""
+    """([(expression, share)], name of an edit that takes the light before) of a session that is over; a Failure if it could not tell."""
     progress = session.progress()
     if progress["state"] == 'failed':
         raise final.core_failure(progress)
     found = [row for row in session.statistics()["edits"] if row["name"] == _PLACE]
-    return found[0].get("arrivals", []) if found else []
+    return (found[0].get("arrivals", []), statistics.taker(found[0])) if found else ([], "")
 
 
 def told(expression, share):
@@ -67,7 +67,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
             session = self._ask(context)
             while not session.wait(_POLL):
                 pass
-            self._offer(context, answer(session))
+            self._offer(context, *answer(session))
         except Exception as error:
             return self._fail(error)
         return {'FINISHED'}
@@ -91,7 +91,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
             return {'PASS_THROUGH'}
         self.cancel(context)
         try:
-            self._offer(context, answer(self._session))
+            self._offer(context, *answer(self._session))
         except Exception as error:
             return self._fail(error)
         return {'FINISHED'}
@@ -109,9 +109,9 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         self.report({'ERROR'}, str(final.as_failure(error)))
         return {'CANCELLED'}
 
-    def _offer(self, context, arrivals):
+    def _offer(self, context, arrivals, taker):
         if not arrivals:
-            self.report({'INFO'}, "No light arrives here")
+            self.report({'INFO'}, f"No light arrives here: the edit {taker} takes it before" if taker else "No light arrives here")
             return
         if bpy.app.background:
             return

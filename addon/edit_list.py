@@ -5,7 +5,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from . import operators, statistics
 from .edit_panels import check
-from .panels import Panel
+from .panels import Panel, is_narrow, sentence
 
 
 def entries_of(scene):
@@ -44,11 +44,13 @@ class SLUICE_UL_edits(bpy.types.UIList):
         row = layout.row(align=True)
         row.active = acts(scene, item)
         row.prop(edit, "enabled", text="")
-        split = row.split(factor=0.55)
-        split.alert = check(edit.expression, (), "en").error is not None
+        is_wrong = check(edit.expression, (), "en").error is not None
+        split = row.row() if is_narrow(context.region) else row.split(factor=0.55)
+        split.alert = is_wrong
         split.prop(item, "name", text="", emboss=False)
-        split.label(text=edit.expression, icon='ERROR' if split.alert else 'NONE')
-        row.label(text="", icon=statistics.icon(statistics.of(item.name)))
+        if not is_narrow(context.region):
+            split.label(text=edit.expression)
+        row.label(text="", icon='ERROR' if is_wrong else statistics.icon(statistics.of(item.name)))
         row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
 
 
@@ -140,7 +142,7 @@ class _ListPanel(Panel):
         side.menu("SLUICE_MT_edits", text="", icon='DOWNARROW_HLT')
         alone = solo_of(context.scene)
         if alone is not None:
-            layout.label(text=f"{alone.name} acts alone", icon='SOLO_ON')
+            sentence(layout, context.region, f"{alone.name} acts alone", 'SOLO_ON')
 
 
 class SLUICE_PT_edits(_ListPanel, bpy.types.Panel):

@@ -6,7 +6,7 @@ import functools
 import bpy
 
 from . import core, operators, presets, statistics, translations, words
-from .panels import Panel, sentence
+from .panels import Panel, is_narrow, sentence
 
 
 class Checked:
@@ -28,6 +28,17 @@ def check(text, names, language, is_layer=False):
     except core.CoreMissing as missing:
         return Checked(error=str(missing))
     return Checked(found.get("side"), told[0].upper() + told[1:], tuple(found["warnings"]))
+
+
+class SLUICE_OT_explain_figures(bpy.types.Operator):
+    bl_idname = "sluice.explain_figures"
+    bl_label = "How This Was Measured"
+    bl_description = statistics.METHOD
+    bl_options = {'INTERNAL'}
+
+    def execute(self, _context):
+        self.report({'INFO'}, statistics.METHOD)
+        return {'FINISHED'}
 
 
 class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
@@ -79,7 +90,7 @@ def draw_checked(layout, region, edit, is_layer=False):
     found = check(edit.expression, known_names(), language(), is_layer)
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
-    row.alert = found.error is not None
+    row.alert = found.error is not None or bool(found.warnings)
     row.prop(edit, "expression", text="")
     if found.error is not None:
         alert = layout.column()
@@ -88,9 +99,21 @@ def draw_checked(layout, region, edit, is_layer=False):
         sentence(alert, region, where + found.error, 'ERROR')
         return False
     sentence(layout, region, found.told, {'light': 'LIGHT', 'view': 'HIDE_OFF'}.get(found.side, 'RENDERLAYERS'))
+    alert = layout.column()
+    alert.alert = True
     for warning in found.warnings:
-        sentence(layout, region, warning, 'INFO')
+        sentence(alert, region, warning[0].upper() + warning[1:], 'ERROR')
     return True
+
+
+def _draw_figures(layout, region, found):
+    """What the last render found; how it was measured stands in a tooltip."""
+    row = layout.row()
+    column = row.column()
+    for text, icon in statistics.lines(found):
+        sentence(column, region, text, icon)
+    if found is not None and found.moved:
+        row.operator("sluice.explain_figures", text="", icon='QUESTION', emboss=False)
 
 
 def _draw_arrivals(layout, found):
@@ -105,15 +128,7 @@ def _draw_arrivals(layout, found):
         row.operator("sluice.take_arrival", text=f"{100 * share:.0f} %  {expression}", emboss=False).expression = expression
 
 
-def _halves(layout):
-    """A row for a name, left, and for numbers, right."""
-    split = layout.split(factor=0.5, align=True)
-    left = split.row(align=True)
-    left.alignment = 'LEFT'
-    return left, split.row(align=True)
-
-
-def _draw_exits(layout, entry):
+def _draw_exits(layout, region, entry):
     exits = operators.exits_of(entry)
     header = layout.row()
     header.label(text="Exits" if exits else "No exit: the light is absorbed", icon='EXPORT')
@@ -125,7 +140,9 @@ def _draw_exits(layout, entry):
     box = layout.box().column(align=True)
     box.use_property_split = box.use_property_decorate = False
     for item in exits:
-        name, numbers = _halves(box)
+        row = box.column(align=True) if is_narrow(region) else box.split(factor=0.5, align=True)  # names are to be read
+        name, numbers = row.row(align=True), row.row(align=True)
+        name.alignment = 'LEFT'
         name.operator("sluice.select_one", text=item.name, emboss=False).name = item.name
         numbers.prop(item.sluice, "intensity", text="")
         numbers.prop(item.sluice, "hue_shift", text="")
@@ -136,15 +153,14 @@ def _draw_entry(layout, region, item):
     body = layout.column()
     body.active = edit.enabled
     found = statistics.of(item.name) if _draw_expression(body, region, edit) else None
-    for text, icon in statistics.lines(found):
-        sentence(body, region, text, icon)
+    _draw_figures(body, region, found)
     _draw_arrivals(body, found)
     body.separator()
     body.prop(edit, "amount")
     body.prop(edit, "feather")
     body.prop(edit, "repeat")
     layout.separator()
-    _draw_exits(layout, item)
+    _draw_exits(layout, region, item)
 
 
 def _draw_exit(layout, edit):
@@ -217,7 +233,7 @@ class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
     bl_category = "Sluice"
 
 
-_classes = (SLUICE_OT_take_arrival, SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
+_classes = (SLUICE_OT_explain_figures, SLUICE_OT_take_arrival, SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
 _register, _unregister = bpy.utils.register_classes_factory(_classes)
 
 

@@ -3,6 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
+from . import passes
 from .edit_panels import check, draw_checked, known_names
 from .panels import Panel
 
@@ -43,7 +44,8 @@ class SLUICE_OT_add_layer(_LayerOperator, bpy.types.Operator):
 
     @staticmethod
     def change(settings, _active):
-        settings.layers.add().name = "Layer"
+        name = passes.clean_name("Layer", [item.name for item in settings.layers])
+        settings.layers.add().name = name
         return len(settings.layers) - 1
 
 

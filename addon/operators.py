@@ -114,18 +114,29 @@ class _Change:
             for item in exits_of(entry):
                 bpy.data.objects.remove(item)
             return entry
+        exits = exits_of(entry)
         if action == 'MOVE':
-            return self._add_exit(context, entry, Matrix(placement.beside(entry.matrix_world)))
-        exits = exits_of(entry) or [self._stay(context, entry)]
+            return self._move(exits[0], entry) if exits else self._add_exit(context, entry, Matrix(placement.beside(entry.matrix_world)))
+        exits = exits or [self._stay(context, entry)]
         for item in exits:
             if action == 'RECOLOUR':
                 item.sluice.hue_shift = self.hue_shift
+                self.report({'INFO'}, "Hue Shift turns the colours that are there; white light stays white: colour its lamp or its glass")
             elif action == 'DIM':
                 item.sluice.intensity *= self.intensity
         if action == 'COPY':
             _place, _turn, scale = entry.matrix_world.decompose()
             return self._add_exit(context, entry, context.scene.cursor.matrix @ Matrix.Diagonal((*scale, 1)))
         return exits[0]
+
+    def _move(self, item, entry):
+        """The light has an exit: that is the one to be laid elsewhere, beside the entry if it lies upon it."""
+        if item.parent == entry and item.matrix_basis == Matrix():
+            item.parent = None
+            item.matrix_world = Matrix(placement.beside(entry.matrix_world))
+        else:
+            self.report({'INFO'}, f"The light of {entry.name} leaves by {item.name}: lay that where you want it")
+        return item
 
     def draw_numbers(self, layout):
         if self.action == 'RECOLOUR':
@@ -173,7 +184,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
         entry.sluice.expression = self.expression
         if self.action == 'COPY' and not on_faces:  # the cursor is where the entry lies
             self._stay(context, entry)
-            touched = self.change(context, entry, 'MOVE')
+            touched = self._add_exit(context, entry, Matrix(placement.beside(matrix)))
         else:
             touched = self.change(context, entry, self.action)
         select_only(context, [touched], touched)
@@ -341,7 +352,7 @@ class SLUICE_MT_change_light(bpy.types.Menu):
     bl_label = "Change Light"
 
     def draw(self, _context):
-        for name, label, _description, icon in ACTIONS[1:]:
+        for name, label, _description, icon in ACTIONS:
             self.layout.operator("sluice.change_light", text="Copy to Cursor" if name == 'COPY' else label, icon=icon).action = name
 
 

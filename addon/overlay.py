@@ -38,7 +38,7 @@ def quad_corners(item):
 def _looks(item, scene):
     """(colour, strength, dashed) of an edit's Empty."""
     entry = operators.entry_of(item)
-    alive = entry is not None and edit_list.acts(scene, entry)
+    alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
     found = statistics.of(entry.name) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
     return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.matched
@@ -62,7 +62,7 @@ def shapes(items, scene):
         lines.append((_dashes(border) if dashed else border, (*color, 0.95 * strength)))
         if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
-        if edit.role == 'EXIT' and edit.entry is not None:
+        if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:  # a deleted one is still pointed at
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
             lines.append((link, np.array(((*ENTRY, 0.7 * strength), (*EXIT, 0.7 * strength)))))
     return Shape(fills, lines)

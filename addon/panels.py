@@ -27,6 +27,11 @@ def column_of(panel):
     return panel.layout.column()
 
 
+def is_narrow(region):
+    """No room for a name beside something else."""
+    return region.width < 330 * bpy.context.preferences.system.ui_scale
+
+
 def sentence(layout, region, text, icon):
     """A sentence in as many lines as the region's width asks for."""
     scale = bpy.context.preferences.system.ui_scale

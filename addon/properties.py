@@ -110,7 +110,7 @@ class SluiceScene(bpy.types.PropertyGroup):
         max=1 << 24, override=OVERRIDABLE, update=_tag_owner)
     photons: IntProperty(
         name="Photons", description="Photons that the lights send out in each pass", default=200000, min=1, soft_min=1000,
-        soft_max=5000000, max=1 << 30, override=OVERRIDABLE, update=_tag_owner)
+        soft_max=5000000, max=1 << 28, override=OVERRIDABLE, update=_tag_owner)
     seed: IntProperty(
         name="Seed", description="Another seed gives other noise; the same one the same image, bit by bit", default=0, min=0,
         override=OVERRIDABLE, update=_tag_owner)
@@ -118,7 +118,7 @@ class SluiceScene(bpy.types.PropertyGroup):
         name="Animated Seed", description="Another seed in each frame, so that noise moves instead of sticking to the screen",
         default=False, override=OVERRIDABLE, update=_tag_owner)
     max_depth: IntProperty(
-        name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=255,
+        name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=250,
         override=OVERRIDABLE, update=_tag_owner)
     max_gates: IntProperty(
         name="Max Edits per Path", description="How many times edits may act on one path of light", default=8, min=1,
@@ -161,6 +161,7 @@ def _layer_renamed(self, _context):
             continue
         name = passes.clean_name(self.name, [item.name for item in layers if item != self])
         if name != self.name:
+            renaming.notice(f"Light layer '{self.name}' is called '{name}' now: a pass needs a name of its own")
             self.name = name  # comes back here
         else:
             view_layer.update_render_passes()

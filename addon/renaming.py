@@ -94,10 +94,10 @@ def follow(*_):
             owner.expression = text
     _remember()
     if told:
-        _notice(f"Renamed in {len(told)} expression{'s' if len(told) > 1 else ''}: {told[0]}")
+        notice(f"Renamed in {len(told)} expression{'s' if len(told) > 1 else ''}: {told[0]}")
 
 
-def _notice(text):
+def notice(text):
     """A sentence in the status bar, for a while."""
     if bpy.app.background:
         print(f"sluice: {text}", flush=True)

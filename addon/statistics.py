@@ -9,7 +9,11 @@ import bpy
 
 from . import handlers, status
 
-Found = namedtuple("Found", "matched moved capped power_in power_out crossed probed arrivals")  # powers in W per pass; arrivals: [(word, share)]
+# Powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the picture; taker: an edit that takes most of
+# the light before; arrivals: [(word, share)]
+Found = namedtuple("Found", "matched moved capped power_in power_out taken share seconds crossed probed taker arrivals")
+METHOD = ("Share: of all light in the picture, what this edit took on its way, as the layer L.*F'…'.*E shows it. Seconds: measured on the paths "
+          "behind its squares, over the threads; asking which light crosses them, and gathering it on surfaces, are not in it")
 
 _found = {}
 
@@ -17,13 +21,19 @@ _found = {}
 def remember(session):
     """Keeps a session's figures. Also from the render's thread: one assignment, no Blender data."""
     global _found
-    passes = max(1, session.progress()["pass"])
-    _found = {**_found, **{row["name"]: _read(row, passes) for row in session.statistics().get("edits", ())}}
+    told, passes = session.statistics(), max(1, session.progress()["pass"])
+    _found = {**_found, **{row["name"]: _read(row, told, passes) for row in told.get("edits", ())}}
 
 
-def _read(row, passes):
-    return Found(row["matched"], row["moved"], row["capped"], row["energy_in"] / passes, row["energy_out"] / passes,
-                 row.get("crossed", 0), row.get("probed", 0), row.get("arrivals", ()))
+def _read(row, told, passes):
+    part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
+    return Found(row["matched"], row["moved"], row["capped"], row["energy_in"] / passes, row["energy_out"] / passes, part / whole if whole else 0,
+                 row["share"], row["seconds"], row.get("crossed", 0), row.get("probed", 0), taker(row), row.get("arrivals", ()))
+
+
+def taker(row):
+    """The edit that takes what would cross an entry, where that is more than what does."""
+    return row["taker"] if row.get("taken", 0) > row.get("crossed", 0) else ""
 
 
 def of(name):
@@ -49,7 +59,11 @@ def lines(found):
         return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))]
     told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK')]
     if found.power_in > 0:  # view paths carry none
-        told.append((f"Light in {power(found.power_in)}, out {power(found.power_out)}", 'BLANK1'))
+        told.append((f"In {power(found.power_in)}, {percent(found.taken)} of the lamps' light; out {power(found.power_out)}", 'BLANK1'))
+    else:
+        told.append((f"{percent(found.taken)} of the paths from the eye", 'BLANK1'))
+    if found.moved:
+        told.append((f"{percent(found.share)} of the picture; about {found.seconds:.2g} s", 'BLANK1'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
     return told
@@ -59,9 +73,16 @@ def _nothing(found):
     """Why an entry took no light, as far as the test paths tell."""
     if not found.probed:
         return ["Nothing that matches crossed the entry"]
+    if found.taker:
+        return [f"{found.taker} takes the light before it comes here"]
     if not found.crossed:
         return ["No light that matches crossed the entry", "No light crosses it at all: is it where the light is?"]
     return [f"No light that matches crossed the entry; {status.count(found.crossed)} of {status.count(found.probed)} test paths crossed it"]
+
+
+def percent(share):
+    """3.1 %, 12 %, 100 %."""
+    return f"{100 * share:.2g} %" if 1e-4 <= share < 0.0995 else "under 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.0f} %"
 
 
 def power(watts):
@@ -75,6 +96,8 @@ def power(watts):
 def stamp(found):
     """One line for the header of the image's file."""
     return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, "
+            f"took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, makes {100 * found.share:.4g} % of the picture, "
+            f"about {found.seconds:.2g} s, "
             f"crossed {found.crossed} of {found.probed} test paths")
 
 

@@ -37,6 +37,8 @@ def line(progress):
     """The status line of a session."""
     if progress["state"] == 'compiling':
         return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
+    if progress["state"] == 'rendering' and progress["pass"] == 0:
+        return f"Looking where the light goes, then the first of {progress['passes']} passes | Time {duration(progress['seconds'])}"
     parts = [f"Pass {progress['pass']}/{progress['passes']}", f"Photons {count(progress['photons'])}",
              f"Time {duration(progress['seconds'])}"]
     if _known(progress["seconds_left"]):

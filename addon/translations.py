@@ -19,7 +19,8 @@ FRENCH = {
     "Link Exits to Entry": "Lier les sorties à l'entrée", "Insert Name": "Insérer un nom", "Set Expression": "Choisir l'expression",
     "Load Expression": "Charger l'expression", "Save Expression": "Enregistrer l'expression", "Take This Light": "Prendre cette lumière",
     "Edit Light Here": "Éditer la lumière ici", "Light That Arrives Here": "Lumière qui arrive ici",
-    "Enable Light Edits": "Activer les éditions", "Change Light": "Changer la lumière", "Move": "Déplacer", "Copy": "Copier",
+    "How This Was Measured": "Comment cela a été mesuré", "Enable Light Edits": "Activer les éditions",
+    "Change Light": "Changer la lumière", "Move": "Déplacer", "Copy": "Copier",
     "Copy to Cursor": "Copier au curseur", "Recolour": "Recolorer", "Dim": "Atténuer", "Remove": "Retirer", "Apply": "Appliquer",
     # kinds of light
     "Caustic": "Caustique", "Straight Light": "Lumière directe", "Colour Bleeding": "Débordement de couleur",

@@ -78,6 +78,7 @@ py::dict statistics_of(const Session& session) {
       py::list arrivals;
       for (const auto& kind : s.arrivals[e].kinds) arrivals.append(py::make_tuple(kind.expression, kind.share));
       edit["probed"] = s.arrivals[e].probed, edit["crossed"] = s.arrivals[e].crossed, edit["arrivals"] = arrivals;
+      edit["taken"] = s.arrivals[e].taken, edit["taker"] = s.arrivals[e].taker;
     }
     edits.append(edit);
   }

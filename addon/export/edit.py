@@ -4,30 +4,29 @@ from .. import compat
 
 
 def export_edits(objects, context, solo=None):
-    """The EditDescriptions of the evaluated objects of a view layer, sorted by order. `solo`: the entry whose edit acts alone."""
+    """The EditDescriptions of the evaluated objects of a view layer, sorted by order. Copies of an Empty carry the order of the
+    original: of equals, the core lets the first act first. `solo`: the entry whose edit acts alone."""
     empties = [item for item in objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']
     empties.sort(key=lambda item: (item.sluice.order, item.original.name_full))
-    # Copies of an Empty carry the order of the original: their place in the sorted list is unique
-    ranks = {item.original.name_full: rank for rank, item in enumerate(empties)}
-    edits = {item.original.name_full: _export_entry(item, ranks, context) for item in empties if item.sluice.role == 'ENTRY'}
+    edits = {item.original.name_full: _export_entry(item, context) for item in empties if item.sluice.role == 'ENTRY'}
     for item in empties:
         if item.sluice.role == 'EXIT':
-            _add_exit(item, ranks, edits, context)
+            _add_exit(item, edits, context)
     if solo is not None and solo.original.name_full in edits:
         for name, edit in edits.items():
             edit["enabled"] &= name == solo.original.name_full
     return list(edits.values())
 
 
-def _export_entry(item, ranks, context):
+def _export_entry(item, context):
     edit = item.sluice
     return {
-        "entry": _export_quad(item, ranks), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
+        "entry": _export_quad(item), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
         "amount": edit.amount, "feather": edit.feather, "exits": [], "collections": context.names.of(item.original)[1:],
     }
 
 
-def _add_exit(item, ranks, edits, context):
+def _add_exit(item, edits, context):
     name, entry = item.original.name, item.sluice.entry
     if entry is None:
         context.warn(name, "this exit has no entry: it sends out nothing; choose one in its panel")
@@ -36,13 +35,13 @@ def _add_exit(item, ranks, edits, context):
     elif entry.original.name_full not in edits:
         context.warn(name, f"its entry {entry.name} is not in this render: the exit sends out nothing")
     else:
-        edits[entry.original.name_full]["exits"].append(_export_exit(item, ranks, context))
+        edits[entry.original.name_full]["exits"].append(_export_exit(item, context))
 
 
-def _export_exit(item, ranks, context):
+def _export_exit(item, context):
     settings = item.sluice
     return {
-        "quad": _export_quad(item, ranks), "intensity": settings.intensity, "hue_shift": settings.hue_shift,
+        "quad": _export_quad(item), "intensity": settings.intensity, "hue_shift": settings.hue_shift,
         "keep_brightness": settings.keep_brightness,
         "intensity_texture": context.images.index(settings.intensity_texture),
         "hue_shift_texture": context.images.index(settings.hue_shift_texture),
@@ -51,8 +50,8 @@ def _export_exit(item, ranks, context):
     }
 
 
-def _export_quad(item, ranks):
+def _export_quad(item):
     return {
         "name": item.original.name, "matrix": compat.matrix(item.matrix_world),
-        "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": ranks[item.original.name_full],
+        "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": item.sluice.order,
     }

@@ -149,6 +149,8 @@ class Parser {
       case U'(': {
         if (level >= max_expression_levels) fail(at, "parentheses are nested more than 64 deep; write fewer");
         advance();
+        if (at_end()) fail(at, "this ( is never closed; write what it shall hold, then its )");
+        if (peek() == U')') fail(at, "these parentheses are empty; write what they shall hold, or leave them out");
         const Part part = choice(level + 1);
         if (at_end()) fail(at, "this ( is never closed; write its )");
         advance();

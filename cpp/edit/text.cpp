@@ -69,7 +69,8 @@ const std::string* nearest_name(std::string_view name, const std::vector<const s
     const int d = distance(name, *candidate, row);
     if (d < smallest) smallest = d, best = candidate;
   }
-  return best;
+  const int half = static_cast<int>(name.size());  // of its letters at most may be others, or one of several
+  return smallest <= std::max(2, half) && smallest < 2 * half ? best : nullptr;
 }
 
 }  // namespace sluice

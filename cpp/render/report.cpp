@@ -31,6 +31,7 @@ std::string missed(const Statistics& s) {
     if (s.counts.edits[e].matched > 0 || found.probed == 0) continue;
     text += "edit " + s.edit_names[e] + format(": no light that matches crossed the entry; %llu of %llu test paths crossed it", static_cast<unsigned long long>(found.crossed),
                                               static_cast<unsigned long long>(found.probed));
+    if (found.taken > 0) text += format("; %llu were taken before, most by ", static_cast<unsigned long long>(found.taken)) + found.taker;
     for (const auto& kind : found.kinds) text += format("; %.0f %% as ", 100 * kind.share) + kind.expression;
     text += '\n';
   }

@@ -88,11 +88,16 @@ int Witness::after(int word, Event kind, int thing) noexcept {
   return event_count_++;
 }
 
-void Witness::look(int word, double energy, const Segment& segment, double t_max) noexcept {
-  if (word < 0 || segment.excluded_group == quad_.group || crossing_count_ == static_cast<int>(crossings_.size())) return;
-  const auto hit = intersect(quad_, segment.origin, segment.direction);
-  if (hit && hit->t > segment.t_min && hit->t <= t_max)
-    crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad_.frame.n) > 0};
+void Witness::look(int word, double energy, const Segment& segment, const std::optional<Crossing>& capture) noexcept {
+  const Quad& quad = edits_[edit_].entry;
+  if (word < 0 || segment.excluded_group == quad.group || crossing_count_ == static_cast<int>(crossings_.size())) return;
+  const auto hit = intersect(quad, segment.origin, segment.direction);
+  if (!hit || hit->t <= segment.t_min || hit->t > segment.t_max) return;
+  const bool in_plane = capture && capture->group == quad.group;
+  if (capture && (in_plane ? std::pair(capture->order, capture->edit) < std::pair(edits_[edit_].order, edit_) : capture->t < hit->t))
+    taker_ = capture->edit;
+  else
+    crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad.frame.n) > 0};
 }
 
 std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::atomic<bool>& cancel) {
@@ -103,10 +108,11 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
     if (edit.side != Side::Light) continue;
     const Guide guide = aim_at(scene, edit.entry);
     if (guide.lights.empty()) continue;
-    Witness witness(edit.entry);
+    Witness witness(scene.edits(), static_cast<int>(e));
     LightTracer tracer(scene, settings, effects, &witness);
     std::map<std::string, double> kinds[2];  // by side: what a surface sends back would hide what arrives at it
     double total[2] = {0, 0};
+    std::vector<std::uint64_t> takers(found.size(), 0);
     std::vector<Photon> photons;
     for (int path = 0; path < paths && !cancel; ++path, ++found[e].probed) {
       const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 3, e), static_cast<std::uint32_t>(path));
@@ -115,8 +121,10 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
       photons.clear(), witness.clear();
       tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
       found[e].crossed += !witness.crossed().empty();
+      if (witness.taker() >= 0) ++found[e].taken, ++takers[static_cast<std::size_t>(witness.taker())];
       for (const auto& [word, energy, along] : witness.crossed()) kinds[along][expression_for(scene, witness, word)] += energy, total[along] += energy;
     }
+    if (found[e].taken > 0) found[e].taker = scene.edits()[static_cast<int>(std::ranges::max_element(takers) - takers.begin())].name;
     const int side = total[1] > total[0] ? 1 : 0;
     for (const auto& [expression, energy] : kinds[side]) found[e].kinds.push_back({expression, total[side] > 0 ? energy / total[side] : 0});
     std::ranges::stable_sort(found[e].kinds, std::greater{}, &Arrivals::Kind::share);

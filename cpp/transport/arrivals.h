@@ -4,12 +4,13 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/event.h"
-#include "edit/quad_set.h"
+#include "edit/gates.h"
 #include "transport/effects.h"
 #include "transport/settings.h"
 
@@ -18,12 +19,13 @@ namespace sluice {
 // Light paths write down their events here and which of them cross a quad. Bounded: what does not fit is left out.
 class Witness {
  public:
-  explicit Witness(const Quad& quad) noexcept : quad_(quad) {}
+  Witness(const Edits& edits, int edit) noexcept : edits_(edits), edit_(edit) {}
 
   // One word more: `word` (-1: none yet) and an event at an entity, or F of an edit. Returns the longer word.
   [[nodiscard]] int after(int word, Event kind, int thing) noexcept;
-  void look(int word, double energy, const Segment& segment, double t_max) noexcept;
-  void clear() noexcept { event_count_ = crossing_count_ = 0; }
+  // A piece of a path, up to what it meets; `capture`: an entry takes it before.
+  void look(int word, double energy, const Segment& segment, const std::optional<Crossing>& capture) noexcept;
+  void clear() noexcept { event_count_ = crossing_count_ = 0, taker_ = -1; }
 
   struct Step {
     int before;
@@ -36,11 +38,13 @@ class Witness {
     bool along;  // the quad's arrow
   };
   [[nodiscard]] const Step& step(int word) const noexcept { return events_[static_cast<std::size_t>(word)]; }
+  [[nodiscard]] int taker() const noexcept { return taker_; }  // an edit that took the path on its way to the quad, -1: none
   [[nodiscard]] std::span<const Crossed> crossed() const noexcept { return {crossings_.data(), static_cast<std::size_t>(crossing_count_)}; }
 
  private:
-  const Quad& quad_;
-  int event_count_ = 0, crossing_count_ = 0;
+  const Edits& edits_;
+  int edit_;
+  int event_count_ = 0, crossing_count_ = 0, taker_ = -1;
   std::array<Step, 1024> events_;
   std::array<Crossed, 64> crossings_;
 };
@@ -51,6 +55,8 @@ struct Arrivals {
     double share;            // of the energy that comes from its side
   };
   std::uint64_t probed = 0, crossed = 0;  // paths
+  std::uint64_t taken = 0;                // paths that another edit took right before
+  std::string taker;                      // the one that took most
   std::vector<Kind> kinds;                // the commonest first, few; of the side from which more energy comes
 };
 

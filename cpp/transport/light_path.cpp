@@ -54,7 +54,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
       ++counts.edit_queries;
       crossing = edits.first_taken(states_, path.q, segment);
     }
-    if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing ? crossing->t : segment.t_max);
+    if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing);
     if (crossing) {
       pass_gate(path, *crossing);
       return false;

@@ -99,13 +99,13 @@ class _Session:
     """What statistics ask of a session."""
 
     def __init__(self, **row):
-        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "energy_in": 0.0, "energy_out": 0.0, **row}
+        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "energy_in": 0.0, "energy_out": 0.0, "share": 0.0, "seconds": 0.0, **row}
 
     def progress(self):
         return {"pass": 4}
 
     def statistics(self):
-        return {"edits": [self.row]}
+        return {"edits": [self.row], "ledger": {"emitted": 40.0}, "view_paths": 100}
 
 
 def _told(**row):
@@ -115,16 +115,19 @@ def _told(**row):
 
 
 def test_figures_in_words():
-    told, statistics = _told(matched=12345, moved=24690, energy_in=8.0, energy_out=0.002)
-    assert told == "Took 12.3 k paths, sent on 24.7 k / Light in 2 W, out 500 µW"
+    told, statistics = _told(matched=12345, moved=24690, energy_in=8.0, energy_out=0.002, share=0.0312, seconds=0.4)
+    assert told == "Took 12.3 k paths, sent on 24.7 k / In 2 W, 20 % of the lamps' light; out 500 µW / 3.1 % of the picture; about 0.4 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
-    assert _told(matched=5, capped=2)[0].endswith("Absorbed 2 paths at Max Edits per Path")
+    assert _told(matched=5, capped=2)[0] == "Took 5 paths, sent on 0 / 5 % of the paths from the eye / Absorbed 2 paths at Max Edits per Path"
     assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees
     assert "No light crosses it at all" in _told(probed=4096)[0]
     told, statistics = _told(crossed=800, probed=4096)
     assert "800 of 4,096 test paths crossed it" in told
     assert statistics.icon(statistics.of("First")) == 'ERROR' and statistics.of("Second") is None
-    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, crossed 800 of 4096 test paths"}
+    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, took 0 % of the view, makes 0 % of the picture, "
+                                            "about 0 s, crossed 800 of 4096 test paths"}
+    assert _told(crossed=8, probed=4096, taken=900, taker="Second")[0] == "Second takes the light before it comes here"
+    assert [statistics.percent(share) for share in (0, 1e-6, 1e-4, 0.031, 0.0999, 0.12, 1)] == ["0 %", "under 0.01 %", "0.01 %", "3.1 %", "10 %", "12 %", "100 %"]
     bpy.ops.wm.read_homefile(use_empty=True)
     assert statistics.of("First") is None
 
@@ -166,6 +169,7 @@ def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp
     scene.render.image_settings.file_format, scene.render.filepath = 'OPEN_EXR', str(tmp_path / "out.exr")
     bpy.ops.render.render(write_still=True)
     first, second, third = (statistics.of(item.name) for item in entries)
+    assert 0 < first.taken <= 1 and 0 <= first.share < 1 and first.seconds > 0
     assert first.matched > 100 and first.power_in > 0 and first.arrivals[0][0] == "L'Lamp'"
     assert third is None  # it did not act
     assert second.matched == 0 and 0 < second.crossed < second.probed and second.arrivals[0][0].startswith("L'Lamp'")
@@ -185,14 +189,51 @@ def test_what_arrives_at_a_place(cube_mesh, new_object):
     before = len(bpy.data.objects)
     session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
     assert session.wait(60)
-    expression, share = arrivals.answer(session)[0]
+    (expression, share), = arrivals.answer(session)[0]
+    assert arrivals.answer(session)[1] == ""
     assert expression == "L'Lamp'" and share > 0.9
     assert arrivals.told(expression, share).endswith("%   light straight from Lamp")
     assert bpy.ops.sluice.edit_light_here() == {'FINISHED'} and len(bpy.data.objects) == before
 
 
+def test_light_that_is_taken_before_is_told(cube_mesh, new_object):
+    """Nothing arrives below an entry that takes all: its name is told."""
+    from mathutils import Matrix
+    from sluice import arrivals
+    new_object("Floor", cube_mesh(), Matrix.Translation((0, 0, -1)))
+    new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), Matrix.Translation((0, 0, 2)))
+    bpy.ops.sluice.add_edit(expression="L", size=1.9, action='REMOVE')
+    thief = bpy.context.object
+    for name, height in (("Above", 0.5), ("In the plane", 0.0)):
+        thief.name, thief.location.z = name, height
+        session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+        assert session.wait(60) and arrivals.answer(session) == ([], name)
+
+
+def test_move_lays_the_exit_that_is_there(entries):
+    bpy.context.view_layer.objects.active = entries[0]
+    exit_, = _exits("First")
+    assert bpy.ops.sluice.change_light(action='MOVE') == {'FINISHED'} and bpy.context.object == exit_ and _exits("First") == [exit_]
+    bpy.context.view_layer.objects.active = entries[0]
+    bpy.ops.sluice.change_light(action='REMOVE')
+    bpy.ops.sluice.change_light(action='DIM')
+    upon, = _exits("First")
+    bpy.ops.sluice.change_light(action='MOVE')
+    bpy.context.view_layer.update()
+    assert _exits("First") == [upon] and upon.parent is None and upon.sluice.intensity == 0.5
+    assert (upon.matrix_world.translation - entries[0].matrix_world.translation).length > 0.5
+
+
+def test_a_deleted_entry_leaves_no_line(entries):
+    from sluice import overlay
+    scene, exit_ = bpy.context.scene, bpy.data.objects["First Exit"]
+    assert [len(points) for points, _color in overlay.shapes([exit_], scene).lines] == [8, 10, 2]  # border, arrow, link
+    scene.collection.objects.unlink(entries[0])
+    assert [len(points) for points, _color in overlay.shapes([exit_], scene).lines] == [8, 10]
+
+
 def test_a_wrong_edit_is_told_where_light_is_asked_for(entries):
     entries[0].sluice.expression = "L("
     bpy.data.objects["First Exit"].location.x = 5
-    with pytest.raises(RuntimeError, match="First: column 3"):
+    with pytest.raises(RuntimeError, match="First: column 2"):
         bpy.ops.sluice.edit_light_here()

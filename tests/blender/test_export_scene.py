@@ -129,15 +129,16 @@ def test_edits(new_object, export_now):
     np.testing.assert_array_equal(quad["matrix"][:3, 3], (1, 2, 3))
     assert [item["quad"]["name"] for item in edit["exits"]] == ["B", "A"]  # by order
     assert edit["exits"][0]["hue_shift"] == pytest.approx(math.pi / 3) and not edit["exits"][0]["keep_brightness"]
-    assert [edit["entry"]["order"], *(item["quad"]["order"] for item in edit["exits"])] == [0, 1, 2]
+    assert [edit["entry"]["order"], *(item["quad"]["order"] for item in edit["exits"])] == [1, 2, 3]
 
 
-def test_copies_share_an_order_and_still_get_their_own(new_object, export_now):
+def test_copies_share_an_order_and_come_by_name(new_object, export_now):
+    """The core lets the first of equals act first (cpp/edit/path_state.cpp, gates.cpp)."""
     entry = _edit(new_object, "Entry", 'ENTRY')
     for _number in range(3):
         bpy.context.scene.collection.objects.link(entry.copy())
-    orders = [edit["entry"]["order"] for edit in export_now()[0]["edits"]]
-    assert sorted(orders) == [0, 1, 2, 3]
+    found = [(edit["entry"]["order"], edit["entry"]["name"]) for edit in export_now()[0]["edits"]]
+    assert found == [(1, "Entry"), (1, "Entry.001"), (1, "Entry.002"), (1, "Entry.003")]
 
 
 def test_loose_ends_are_warned_of(new_object, export_now):

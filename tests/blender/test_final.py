@@ -387,5 +387,6 @@ def test_status_lines():
                 "error_estimate": 0.0521, "stop_reason": 'passes', "message": ""}
     assert status.line(progress) == "Pass 3/64 | Photons 3.1 M | Time 1:12 | Left 1:02:03 | Noise 5.2 %"
     assert status.line({**progress, "seconds_left": None, "error_estimate": None}) == "Pass 3/64 | Photons 3.1 M | Time 1:12"
+    assert status.line({**progress, "pass": 0}) == "Looking where the light goes, then the first of 64 passes | Time 1:12"
     assert status.line({**progress, "state": 'compiling'}) == "Building the scene | Time 1:12"
     assert [status.count(n) for n in (0, 9999, 10000, 2.5e9)] == ["0", "9,999", "10.0 k", "2.5 G"]

@@ -22,8 +22,9 @@ def test_clean_names(name, clean):
     assert clean_name(clean) == clean
 
 
-def test_a_new_name_makes_way_for_the_others():
+def test_a_new_name_makes_way_for_the_others(capsys):
     first, second = add("Key"), add("Key")
+    assert "Light layer 'Key' is called 'Key 2' now" in capsys.readouterr().out
     assert (first.name, second.name) == ("Key", "Key 2")
     first.name = "Key 2"
     assert (first.name, second.name) == ("Key 2 2", "Key 2")

@@ -94,8 +94,8 @@ TEST(Expression, ErrorsHaveTheirColumn) {
     int column;
     const char* says;
   } const rows[] = {
-      {"", 1, "empty"},          {"  ", 1, "empty"},         {"L(", 3, "missing"},       {"L(S", 2, "never closed"}, {"LS)", 3, "closes nothing"},
-      {"L()", 3, "missing"},     {"L|", 3, "missing"},       {"|L", 1, "missing"},       {"L||S", 3, "missing"},     {"*L", 1, "nothing stands before"},
+      {"", 1, "empty"},          {"  ", 1, "empty"},         {"L(", 2, "never closed"},       {"L(S", 2, "never closed"}, {"LS)", 3, "closes nothing"},
+      {"L()", 2, "empty"},     {"L|", 3, "missing"},       {"|L", 1, "missing"},       {"L||S", 3, "missing"},     {"*L", 1, "nothing stands before"},
       {"LS**", 4, "only one"},   {"LS*?", 4, "only one"},    {"LS{2}{3}", 6, "only one"}, {"LS{", 4, "count"},        {"LS{,2}", 4, "count"},
       {"LS{2", 5, "write }"},    {"LS{3,2}", 6, "smaller"},  {"LS{2,x}", 6, "count"},    {"LS{-1}", 4, "count"},     {"LS{257}", 4, "256"},
       {"L!", 3, "after !"},      {"L!.", 3, "after !"},      {"L!!D", 3, "after !"},     {"L!(DS)", 5, "| between"}, {"L!((D)|S)", 4, "inside !("},

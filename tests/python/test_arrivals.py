@@ -59,6 +59,17 @@ def test_an_edit_that_acts_is_a_witness_too():
     assert done.edit("Void")["crossed"] == 0 and done.edit("Void")["arrivals"] == []
 
 
+@pytest.mark.parametrize("height", [0.0, 0.1])
+def test_light_that_another_edit_takes_before(height):
+    """In front of an entry, or in its plane with a lower order: what is left crosses it, the thief is named."""
+    scene = slab_scene("L", (0.6, 0, height), exits=[exit_at((0.6, 0.9, 0), *HALF)])
+    scene.edit("L", quad((0.6, 0, 0), *HALF), AWAY, name="Second")
+    done = found(scene)
+    assert done.edit("Second")["matched"] == 0 < done.edit("Second")["taken"] and done.edit("Second")["taker"] == "Edit"
+    assert done.edit("Second")["crossed"] < done.edit("Second")["taken"] and done.edit()["taken"] == 0 == len(done.edit()["taker"])
+    assert "were taken before, most by Edit" in done.statistics["report"]
+
+
 @pytest.mark.parametrize("expression", ["L", "LS+"])
 def test_asking_changes_no_bit_of_the_picture(expression):
     scene = slab_scene(expression)

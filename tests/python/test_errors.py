@@ -92,7 +92,7 @@ def test_no_light_is_black_and_said():
 # --- expressions ------------------------------------------------------------------------------------------------------------------------------
 
 EXPRESSIONS = [  # text, column (in characters, from 1), words of the message
-    ("", 1, "empty"), ("L(", 3, "missing"), ("L)", 2, "closes nothing"), ("*L", 1, "repeated"), ("LQ", 2, "'Q' is no event"), ("L'Lamp", 2, "never closed"),
+    ("", 1, "empty"), ("L(", 2, "never closed"), ("L()", 2, "empty"), ("L(S|", 5, "missing"), ("L)", 2, "closes nothing"), ("*L", 1, "repeated"), ("LQ", 2, "'Q' is no event"), ("L'Lamp", 2, "never closed"),
     ("L{3,1}", 5, "second count"), ("L{", 3, "count"), ("L|", 3, "missing"), ("[L", 1, "never closed"), ("L[^]", 4, "empty"), ("L!", 3, "after !"),
     ("L!(S", 5, "!(D|S)"), ("L D é", 5, "'é' is no event"), ("L'Café é' Q", 11, "'Q' is no event"), ("LDE", 3, "one of the two"), ("D", 1, "L first"),
     (".*", 1, "L first"), ("DE", 1, "view paths end"), ("L?D", 3, "L first"), ("L" + "." * 1100, 1025, "1,024"), ("L" + "(" * 70 + "D" + ")" * 70, 66, "64"),
@@ -141,6 +141,13 @@ def test_unknown_names_are_warned_of_with_the_nearest():
     scene.edit("L'Suny'", quad((0, 0, 0)), [exit_at((0.5, 0, 0))])
     done = render(scene)
     assert [m for item, m in done.warnings if item == "Edit" and "Suny" in m and "Sunny" in m]
+
+
+@pytest.mark.parametrize(("name", "nearest"), [
+    ("Redwall", "Red wall"), ("egg", "Egg"), ("Eg", "Egg"), ("Lmap", "Lamp"), ("Wall", None), ("x", None), ("Glass sphere", None), ("", None)])  # fmt: skip
+def test_only_a_name_that_is_near_is_offered(name, nearest):
+    (warning,) = sluice_core.check_expression(f"L.*D'{name or 'zzzzzz'}'", ["Egg", "Red wall", "Lamp"])["warnings"]
+    assert warning.endswith(f"; the nearest name is '{nearest}'" if nearest else "'") and ("nearest" in warning) == (nearest is not None)
 
 
 # --- sessions -----------------------------------------------------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ def test_tree():
     assert sluice_core.parse("[^XG]{0,2}") == ("repeat", ("atom", True, (("X", ()), ("G", ()))), 0, 2)
     with pytest.raises(sluice_core.ExpressionError) as error:
         sluice_core.parse("L(")
-    assert error.value.column == 3
+    assert error.value.column == 2
 
 
 def test_any_expression_can_be_told():
