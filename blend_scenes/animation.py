@@ -39,7 +39,7 @@ props.sweep("Paper", m.matte("Paper", (0.22, 0.26, 0.30)), wall=WALL_Y, radius=0
 crystal = props.blossom("Crystal", 0.068, (-0.02, 0, 0.091), m.glass("Amber", (1.0, 0.62, 0.24)))
 animate(crystal, "rotation_euler", (0, 0, 0), (0, 0, math.radians(72)))
 disk = [(0, 0), (0.085, 0), (0.088, 0.004), (0.088, 0.016), (0.084, 0.021), (0, 0.021)]
-m.lathe("Turntable", disk, (-0.02, 0, 0), m.mirror("Steel", (0.75, 0.75, 0.76), 0.2))
+m.lathe("Turntable", disk, (-0.02, 0, 0), props.pewter())
 m.world((0.6, 0.64, 0.7), 0.2)
 m.light("Lamp", "POINT", (-0.48, -0.12, 0.36), 12.0, (1.0, 0.93, 0.84), shadow_soft_size=0.006)
 m.light("Softbox", "AREA", (0.9, -1.3, 1.4), 12.0, (0.84, 0.92, 1.0), target=(0, 0.2, 0.1), shape="RECTANGLE", size=1.0, size_y=1.0)

@@ -27,8 +27,7 @@ def still_life():
     for name, at, colour, fill in (rose, white):
         wines += props.goblet(name, at, clear, m.glass(f"{name} wine", colour, ior=1.34), fill)
     m.collect("Wine", wines[1::2])
-    brass = m.mirror("Brass", (0.80, 0.58, 0.28), roughness=0.25)
-    props.framed("Mirror", MIRROR, MIRROR_SIZE, m.mirror("Silver", (0.92, 0.93, 0.92)), brass)
+    props.framed("Mirror", MIRROR, MIRROR_SIZE, m.mirror("Silver", (0.92, 0.93, 0.92)), props.gilt())
     peel = m.glossy("Peel", (0.90, 0.33, 0.02), 0.4)
     for name, x, y, r in (("Orange", -0.22, 0.10, 0.040), ("Second orange", -0.145, 0.165, 0.038)):
         m.sphere(name, r, (x, y, r), peel)

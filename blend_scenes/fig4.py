@@ -19,17 +19,17 @@ BEAM = (LENS - LAMP).normalized()
 
 
 def lens():
-    """A biconvex lens in a brass ring on a foot, turned towards the lamp."""
+    """A biconvex lens in a gilt ring on a foot, turned towards the lamp."""
     radius, bulge = 0.085, 0.013
     side = [(radius * t, bulge * (1 - t * t)) for t in np.linspace(0, 1, 25)]
     profile = [(0, -bulge - 0.001), *[(r, -z - 0.001) for r, z in side[1:]], *[(r, z + 0.001) for r, z in side[:0:-1]], (0, bulge + 0.001)]
     glass = m.lathe("Lens", profile, LENS, m.glass("Rose", (1.0, 0.50, 0.32)), segments=128, levels=0)
-    brass = m.mirror("Brass", (0.82, 0.60, 0.30), roughness=0.2)
-    rim = props.ring("Lens ring", LENS, radius + 0.004, 0.0045, brass)
+    gilt = props.gilt()
+    rim = props.ring("Lens ring", LENS, radius + 0.004, 0.0045, gilt)
     for part in (glass, rim):
         part.rotation_euler = BEAM.to_track_quat("Z", "Y").to_euler()
     foot = [(0, 0), (0.045, 0), (0.047, 0.003), (0.044, 0.006), (0.008, 0.010), (0.0045, 0.02), (0.0045, 0.047), (0, 0.047)]
-    m.lathe("Foot", foot, (*LENS[:2], 0), brass, levels=1)
+    m.lathe("Foot", foot, (*LENS[:2], 0), gilt, levels=1)
 
 
 def star():

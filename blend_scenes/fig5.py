@@ -14,12 +14,13 @@ PLACES = (-0.30, 0.0, 0.30)
 
 
 def pieces():
+    pewter = props.pewter()
     m.sphere("Globe", 0.066, (PLACES[0], 0, 0.078), m.glass("Blue glass", (0.34, 0.62, 0.98)))
-    props.ring("Globe ring", (PLACES[0], 0, 0.008), 0.036, 0.008, m.mirror("Steel", (0.75, 0.75, 0.76), roughness=0.2))
+    props.ring("Globe ring", (PLACES[0], 0, 0.008), 0.036, 0.008, pewter)
     props.blossom("Blossom", 0.066, (PLACES[1], 0, 0.078), m.glass("Amber glass", (1.0, 0.62, 0.22)))
-    props.ring("Blossom ring", (PLACES[1], 0, 0.008), 0.036, 0.008, m.bpy.data.materials["Steel"])
+    props.ring("Blossom ring", (PLACES[1], 0, 0.008), 0.036, 0.008, pewter)
     m.lathe("Pear", props.egg_profile(0.062, 0.165), (PLACES[2], 0, 0.012), m.glass("Rose glass", (0.98, 0.40, 0.46)), segments=32, levels=3)
-    props.ring("Pear ring", (PLACES[2], 0, 0.008), 0.028, 0.008, m.bpy.data.materials["Steel"])
+    props.ring("Pear ring", (PLACES[2], 0, 0.008), 0.028, 0.008, pewter)
 
 
 def edits():

@@ -29,7 +29,7 @@ def edits():
 
 scene = m.start()
 props.sweep("Table", m.matte("Linen", (0.22, 0.26, 0.29)), wall=1.1, radius=0.4)
-props.egg("Egg", (0, 0, 0), 0.075, 0.19, m.glass("Amber glass", (1.0, 0.66, 0.26)), m.mirror("Brass", (0.85, 0.60, 0.26), roughness=0.2))
+props.egg("Egg", (0, 0, 0), 0.075, 0.19, m.glass("Amber glass", (1.0, 0.66, 0.26)), props.gilt())
 m.world((0.6, 0.64, 0.7), 0.14)
 m.light("Lamp", "POINT", (-0.42, 0.35, 0.52), 16.0, (1.0, 0.92, 0.80), shadow_soft_size=0.006)
 m.light("Softbox", "AREA", (0.6, -1.2, 1.5), 14.0, (0.84, 0.92, 1.0), target=(0, 0, 0.1), shape="RECTANGLE", size=1.0, size_y=1.0)

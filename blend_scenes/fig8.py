@@ -19,11 +19,11 @@ def lantern():
     x, y, z = LANTERN
     glow = [(0.022 * math.sin(t), -0.022 * math.cos(t)) for t in (math.pi * i / 12 for i in range(13))]
     m.lathe("Lantern", [(0, -0.022), *glow[1:-1], (0, 0.022)], LANTERN, m.lamp("Glow", (1.0, 0.62, 0.28), 260.0), segments=24, levels=0)
-    brass = m.mirror("Brass", (0.82, 0.60, 0.30), roughness=0.2)
+    gilt = props.gilt()
     foot = [(0, 0), (0.04, 0), (0.042, 0.004), (0.012, 0.009), (0.004, 0.02), (0.004, z - 0.03), (0.012, z - 0.021), (0, z - 0.021)]
-    m.lathe("Lantern foot", foot, (x, y, 0), brass, levels=1)
+    m.lathe("Lantern foot", foot, (x, y, 0), gilt, levels=1)
     m.sphere("Ball", 0.09, BALL, m.glass("Crystal", (0.98, 0.98, 0.98)))
-    props.ring("Ball ring", (BALL[0], BALL[1], 0.010), 0.040, 0.010, brass)
+    props.ring("Ball ring", (BALL[0], BALL[1], 0.010), 0.040, 0.010, gilt)
 
 
 def edits():

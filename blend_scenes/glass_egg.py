@@ -19,7 +19,7 @@ def room():
 
 
 def still_life():
-    props.egg("Egg", EGG, 0.078, 0.200, m.glass("Egg glass", (1.0, 0.88, 0.68)), m.mirror("Brass", (0.85, 0.60, 0.26), roughness=0.22))
+    props.egg("Egg", EGG, 0.078, 0.200, m.glass("Egg glass", (1.0, 0.88, 0.68)), props.gilt())
     pages = m.matte("Pages", (0.76, 0.71, 0.60))
     props.book("Blue book", (0.27, 0.19, 0.034), (0.30, 0.22, 0), 8, m.glossy("Blue cloth", (0.045, 0.10, 0.13), 0.6), pages)
     props.book("Red book", (0.24, 0.17, 0.028), (0.30, 0.22, 0.034), -6, m.glossy("Red cloth", (0.36, 0.055, 0.04), 0.6), pages)

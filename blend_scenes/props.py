@@ -31,6 +31,15 @@ def boards(name, light, dark, planks=4, roughness=0.45, relief=0.12):
     return m.bump(m.glossy(name, grain, roughness), grain.copy(), relief, 0.0008)
 
 
+def gilt():
+    """Gold paint. Early passes show the highlights of true metals near a small lamp as sparks on the walls; nothing here is about them."""
+    return m.glossy("Gilt", (0.42, 0.25, 0.07), 0.35)
+
+
+def pewter():
+    return m.glossy("Pewter", (0.30, 0.30, 0.31), 0.35)
+
+
 def table(material, front=-0.75, wall=0.40, half_width=1.4, uv_scale=0.62):
     return m.quad("Table top", [(-half_width, front, 0), (half_width, front, 0), (half_width, wall, 0), (-half_width, wall, 0)], material, uv_scale)
 
