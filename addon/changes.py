@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a depsgraph's list of updates means to a picture that is being rendered of it. No bpy."""
+import numpy as np
 
 NOTHING, EDITS, THINGS = range(3)  # nothing to see; edits or settings at most; whatever else
-_UNSEEN = {"Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound", "Camera"}  # a view has its own camera
+# A view has its own camera; what an action moves is listed itself
+_UNSEEN = {"Action", "Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound", "Camera"}
 
 
 def of(depsgraph):
@@ -33,4 +35,4 @@ def same(a, b):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (list, tuple)):
         return isinstance(b, (list, tuple)) and len(a) == len(b) and all(map(same, a, b))
-    return bool((a == b).all()) if hasattr(a, "shape") else a == b
+    return np.array_equal(a, b) if hasattr(a, "shape") else a == b

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels of the render settings, of lamps and of what objects show. Those of edits are in edit_panels.py."""
+import re
 import textwrap
 
 import bpy
@@ -7,6 +8,7 @@ import bpy
 from . import core
 
 ENGINE = 'SLUICE'
+_UNIT = re.compile(r"(?<=\d) (?=%|\w{1,2}\b)")  # before a unit: no line ends there
 
 
 class Panel:
@@ -38,7 +40,7 @@ def sentence(layout, region, text, icon):
     width = max(14, int(region.width / (7.2 * scale)) - 8)
     box = layout.column(align=True)
     box.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(text, width)):
+    for number, line in enumerate(textwrap.wrap(_UNIT.sub("\u00a0", text), width)):
         box.label(text=line, icon=icon if number == 0 else 'BLANK1')
 
 

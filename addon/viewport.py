@@ -60,13 +60,21 @@ def update(engine, context, depsgraph):
 
 
 def _copy_all(view, depsgraph, names):
-    if view.session is not None and view.session.progress()["state"] == 'compiling':
-        view.stop()  # what it compiles is no more
-    view.base, view.stale = None, True
+    """After an undo Blender lists everything: what is as it was keeps what is compiled."""
+    before, settings = view.description, _settings(depsgraph)
     view.exported = export.Context(names)
-    view.settings = _settings(depsgraph)
     view.description = export.export_scene(depsgraph, None, None, view.exported)
     view.roll = changes.roll(depsgraph)
+    if before is None or not changes.same(_things(view.description), _things(before)):
+        if view.session is not None and view.session.progress()["state"] == 'compiling':
+            view.stop()  # what it compiles is no more
+        view.base, view.stale = None, True
+    view.stale |= settings != view.settings or not changes.same(view.description, before)
+    view.settings = settings
+
+
+def _things(description):
+    return {key: value for key, value in description.items() if key not in {"edits", "max_gates"}}
 
 
 def _copy_edits(view, depsgraph, names):
@@ -85,7 +93,8 @@ def _copy_edits(view, depsgraph, names):
 
 
 def _settings(depsgraph):
-    return {**export_settings(depsgraph.scene_eval), "time_limit": 0.0}
+    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0}
+    return found if found["use_animated_seed"] else {**found, "frame": 0}  # else frames in which nothing moves are one picture
 
 
 def draw(engine, context, depsgraph):

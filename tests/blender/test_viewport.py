@@ -74,6 +74,7 @@ def test_things_are_copied_anew(window, new_object, cube_mesh):
     scene, cube = bpy.context.scene, bpy.data.objects["Cube"]
     cube.location.x += 1
     assert restarted(window, [cube], copies=1) and window.sessions[-1].base is window.view.base is window.sessions[3]
+    cube.data.vertices[0].co.x += 1
     assert restarted(window, [next(item for item in bpy.data.objects if item.sluice.role == 'EXIT'), cube], copies=1)
     scene.sluice.specular_threshold = 0.3
     assert restarted(window, [scene], copies=1) and window.sessions[-1]._description["specular_threshold"] == pytest.approx(0.3)
@@ -83,7 +84,36 @@ def test_things_are_copied_anew(window, new_object, cube_mesh):
     assert restarted(window, [scene], copies=1) and window.sessions[-1]._description["instances"]
     scene.world = bpy.data.worlds.new("Other")
     assert restarted(window, [scene], copies=1)
+    scene.world.color = (0, 1, 0)
     assert restarted(window, [scene.world], copies=1)
+
+
+def test_an_undo_compiles_only_what_it_changes(window):
+    """Blender lists everything then."""
+    exit_, cube, base = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT'), bpy.data.objects["Cube"], window.view.base
+    assert not restarted(window, [exit_, cube, cube.data], copies=1) and window.view.base is base
+    exit_.location.x += 1
+    assert restarted(window, [exit_, cube, cube.data], copies=1) and window.view.base is base is window.sessions[-1].base
+    assert window.sessions[-1]._description["edits"][0]["exits"][0]["quad"]["matrix"][0, 3] == exit_.matrix_world[0][3]
+    cube.data.vertices[0].co.x += 1
+    assert restarted(window, [exit_, cube, cube.data], copies=1) and window.view.base is not base
+
+
+def test_frames_of_an_exit_that_is_keyframed(window):
+    """Playback keeps the things, and where nothing moves the picture."""
+    scene, base = bpy.context.scene, window.view.base
+    exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
+    for frame, place in ((1, 0), (10, 2), (20, 2)):
+        exit_.location.x = place
+        exit_.keyframe_insert("location", frame=frame)
+    for frame, moves in ((5, True), (10, True), (15, False)):
+        scene.frame_set(frame)
+        assert restarted(window, [scene, exit_, exit_.animation_data.action], copies=0) == moves
+        assert window.sessions[-1]._description["edits"][0]["exits"][0]["quad"]["matrix"][0, 3] == exit_.matrix_world[0][3]
+    scene.sluice.use_animated_seed = True
+    assert restarted(window, [scene], copies=0)
+    scene.frame_set(16)
+    assert restarted(window, [scene], copies=0) and window.view.base is base
 
 
 def test_a_new_texture_of_an_exit(window):

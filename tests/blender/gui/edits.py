@@ -66,7 +66,7 @@ def steps():
     with in_view():
         bpy.ops.ed.undo_push(message="scene")
     yield None
-    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo layers rendered list").split():  # some alone, while one works on them
+    for name in os.environ.get("SLUICE_STEPS", "menu expression gizmo layers rendered views list").split():  # some alone, while one works on them
         yield from globals()[f"{name}_steps"]()
 
 
@@ -277,6 +277,48 @@ def rendered_steps():
         yield None, 0.5
         assert len(copies) == count
     viewport._copy_all, space.region_3d.view_distance = copy_all, 11
+    space.shading.type, space.overlay.show_overlays = 'SOLID', True
+    yield None
+
+
+def views_steps():
+    """Quad view: each of the four looks its own way, at light that it renders itself. Playback and undo compile no thing anew."""
+    from sluice import viewport
+    views, draw = {}, viewport.draw
+
+    def note(engine, context, depsgraph):
+        draw(engine, context, depsgraph)
+        views[context.region.as_pointer()] = engine.view
+
+    viewport.draw = note
+    space, exit_, scene = area('VIEW_3D').spaces.active, bpy.data.objects["Light Edit Exit"], bpy.context.scene
+    with in_view():
+        bpy.ops.screen.region_quadview()
+    space.shading.type, space.overlay.show_overlays = 'RENDERED', False
+    yield "quad", 6
+    assert len(views) == len(set(views.values())) == len({view.seen for view in views.values()}) == 4
+    assert all(view.texture is not None for view in views.values())
+    bases = [view.base for view in views.values()]
+    for frame, height in ((1, 2), (9, 2.6)):
+        exit_.location.z = height
+        exit_.keyframe_insert("location", frame=frame)
+    scene.frame_end = 9
+    with in_view():
+        bpy.ops.screen.animation_play()
+    yield None, 1.5
+    with in_view():
+        bpy.ops.screen.animation_cancel()
+    bpy.ops.ed.undo_push(message="played")
+    exit_.sluice.intensity = 5
+    bpy.ops.ed.undo_push(message="brighter")
+    yield None, 0.5
+    bpy.ops.ed.undo()
+    yield None, 1
+    bpy.data.objects["Light Edit Exit"].animation_data_clear()
+    assert [view.base for view in views.values()] == bases
+    viewport.draw = draw
+    with in_view():
+        bpy.ops.screen.region_quadview()
     space.shading.type, space.overlay.show_overlays = 'SOLID', True
     yield None
 
