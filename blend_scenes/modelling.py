@@ -191,9 +191,17 @@ def matte(name, color):
     return material(name, "ShaderNodeBsdfDiffuse", Color=color)
 
 
-def glossy(name, color, roughness, **inputs):
-    """Principled: a coloured base under a clear gloss."""
-    return material(name, "ShaderNodeBsdfPrincipled", Base_Color=color, Roughness=roughness, **inputs)
+def glossy(name, color, roughness):
+    """A coloured base under a clear gloss. Of nodes that mean the same in every Blender; the base of Principled gets darker in 4.0."""
+    item = material(name, "ShaderNodeBsdfDiffuse", Color=color)
+    tree = item.node_tree
+    base, output = (next(n for n in tree.nodes if n.bl_idname == kind) for kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeOutputMaterial"))
+    gloss, fresnel, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfGlossy", "Fresnel", "MixShader"))
+    gloss.inputs["Color"].default_value, gloss.inputs["Roughness"].default_value, fresnel.inputs["IOR"].default_value = (1, 1, 1, 1), roughness, 1.45
+    for source, socket in ((fresnel, 0), (base, 1), (gloss, 2)):
+        tree.links.new(source.outputs[0], mix.inputs[socket])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    return item
 
 
 def glass(name, color=(1, 1, 1), ior=1.5):
@@ -225,8 +233,8 @@ def bump(item, image, strength, distance=0.001):
     image.colorspace_settings.name = "Non-Color"
     node.inputs["Strength"].default_value, node.inputs["Distance"].default_value = strength, distance
     tree.links.new(texture.outputs["Color"], node.inputs["Height"])
-    shader = next(n for n in tree.nodes if "Normal" in n.inputs and n.bl_idname != "ShaderNodeBump")
-    tree.links.new(node.outputs["Normal"], shader.inputs["Normal"])
+    for other in (n for n in tree.nodes if "Normal" in n.inputs and n != node):
+        tree.links.new(node.outputs["Normal"], other.inputs["Normal"])
     return item
 
 
