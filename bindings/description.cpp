@@ -277,7 +277,7 @@ RenderSettings read_settings(const py::dict& settings) {
   std::int64_t seed = 0;
   double error_percent = 0;
   r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed), r.value("use_animated_seed", s.use_animated_seed);
-  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths);
+  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths), r.value("state_memory", t.state_memory);
   r.value("time_limit", s.time_limit), r.value("error_target", error_percent);
   r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics), r.value("use_edited", t.use_edited);
   r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits), r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);

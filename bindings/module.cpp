@@ -89,6 +89,7 @@ py::dict statistics_of(const Session& session) {
   }
   dropped["non_finite"] = c.non_finite, dropped["adjoint_clamped"] = c.adjoint_clamped, dropped["depth_capped"] = c.depth_capped;
   dropped["gates_capped"] = c.gates_capped, dropped["split_capped"] = c.split_capped, dropped["grazing_dropped"] = c.grazing_dropped;
+  dropped["alpha_capped"] = c.alpha_capped, dropped["states_capped"] = c.states_capped;
   ledger["emitted"] = c.ledger.emitted, ledger["added"] = c.ledger.added, ledger["sampling"] = c.ledger.sampling;
   ledger["absorbed"] = c.ledger.absorbed, ledger["escaped"] = c.ledger.escaped, ledger["removed"] = c.ledger.removed;
   ledger["capped"] = c.ledger.capped, ledger["clamped"] = c.ledger.clamped, ledger["worst_residual"] = s.worst_ledger_residual;

@@ -115,17 +115,13 @@ class EditsBuilder {
     e.name = d.entry.name;
     e.description = i;
     e.side = side;
-    (side == Side::Light ? edits_.light_ : edits_.view_)++;
     e.order = d.entry.order;
     e.repeat = d.repeat;
     e.amount = checked(d.amount, 0, 1, 1, e.name, "amount", warnings_);
     e.feather = checked(d.feather, 0, 1, 0, e.name, "feather", warnings_);
     e.is_partial = e.amount < 1 || e.feather > 0;
     e.entry = *make_quad(d.entry, space_.centre, extent);
-    for (const ExitDescription& exit : d.exits) {
-      e.exits.push_back(read_exit(exit, e.entry.area, extent));
-      e.has_hue |= e.exits.back().hue_shift != 0;
-    }
+    for (const ExitDescription& exit : d.exits) e.exits.push_back(read_exit(exit, e.entry.area, extent));
     if (d.exits.empty()) warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
     return e;
   }
@@ -220,7 +216,7 @@ class EditsBuilder {
           if ((entities[i].events & mask_of(e)) && (light || e == Event::S)) occurs[edits_.event_class(e, static_cast<int>(i))] = 1;
       if (!light) occurs[edits_.event_class(Event::E, -1)] = 1;
       for (int i = 0; i < edits_.size(); ++i) occurs[edits_.gate_class(i)] = 1;
-      edits_.reach_[light ? 0 : 1] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size());
+      edits_.reach_[index(side)] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size());
     }
     for (int i = 0; i < edits_.size(); ++i)
       if (!contains(edits_.takers(edits_[i].side), i))
@@ -230,7 +226,7 @@ class EditsBuilder {
   void index_quads() {
     for (int i = 0; i < edits_.size(); ++i) {
       const Edit& e = edits_[i];
-      const std::size_t side = e.side == Side::Light ? 0 : 1;
+      const std::size_t side = index(e.side);
       const auto add = [&](int exit) {
         const QuadId id{i, exit};
         const Quad& q = edits_.quad(i, exit);

@@ -62,6 +62,7 @@ struct Expression {
 [[nodiscard]] Expression parse_expression(std::string_view text, const std::string& item = {});
 
 enum class Side : std::uint8_t { Light, View };
+[[nodiscard]] constexpr std::size_t index(Side side) noexcept { return static_cast<std::size_t>(side); }
 
 // Light: every word begins with L and none contains E. View: every word ends with E, none contains L, and some word is of S, F and E
 // alone, as view paths end at their first D or G. Anything else throws.

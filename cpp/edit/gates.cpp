@@ -10,8 +10,6 @@ namespace {
 
 constexpr float least_cosine_out = 1e-3f;  // design §4
 
-std::size_t index(Side side) noexcept { return side == Side::Light ? 0 : 1; }
-
 V3d to_double(const V3f& v) noexcept { return {v.x, v.y, v.z}; }
 V3f unit(const V3d& v) noexcept {
   const V3d n = v / v.length();  // at every gate, or frames of float descriptions drift (numerics P12)

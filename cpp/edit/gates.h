@@ -50,7 +50,6 @@ struct Edit {
   Side side = Side::Light;
   int order = 0;
   bool repeat = false;
-  bool has_hue = false;    // some exit turns hues: colours behind it must be kept per path (design §4)
   bool is_partial = false; // amount or feather leave light to go straight on
   float amount = 1, feather = 0;
   Quad entry;
@@ -75,13 +74,11 @@ struct Passage {
 class Edits {
  public:
   [[nodiscard]] int size() const noexcept { return static_cast<int>(edits_.size()); }
-  [[nodiscard]] bool empty() const noexcept { return edits_.empty(); }
-  [[nodiscard]] bool has(Side side) const noexcept { return (side == Side::Light ? light_ : view_) > 0; }
   [[nodiscard]] const Edit& operator[](int edit) const noexcept { return edits_[static_cast<std::size_t>(edit)]; }
   // Edits of a side that some path of the scene can fulfil; of those, the ones that may take a path right after an event. The others are
   // never asked.
-  [[nodiscard]] EditSet takers(Side side) const noexcept { return reach_[side == Side::Light ? 0 : 1].any(); }
-  [[nodiscard]] EditSet takers_after(Side side, EventClass last) const noexcept { return reach_[side == Side::Light ? 0 : 1].after(last); }
+  [[nodiscard]] EditSet takers(Side side) const noexcept { return reach_[index(side)].any(); }
+  [[nodiscard]] EditSet takers_after(Side side, EventClass last) const noexcept { return reach_[index(side)].after(last); }
   [[nodiscard]] int max_gates() const noexcept { return max_gates_; }
   [[nodiscard]] double delta() const noexcept { return delta_; }      // how far quads float, without their own offset
   [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
@@ -130,7 +127,6 @@ class Edits {
 
   std::vector<Edit> edits_;
   std::vector<LayerDescription> layers_;
-  int light_ = 0, view_ = 0;
   int max_gates_ = 0;
   double delta_ = 0;
   Box bounds_;

@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t side_word = 0, gates_word = 1, states_word = 2;
 constexpr std::uint32_t no_side = 2;  // of the dead state
 
-constexpr std::size_t most_transitions = std::size_t{1} << 27;  // 512 MB: beyond it a table counts as full
+// What a state, a list of edits and a remembered gate take beside their arrays.
+constexpr std::size_t bytes_of_state = 48, bytes_of_list = 256, bytes_of_gate = 48;
 
 std::uint64_t hash_of(std::span<const std::uint32_t> content) noexcept {
   std::uint64_t h = content.size();
@@ -25,15 +26,14 @@ std::uint64_t hash_of(std::span<const std::uint32_t> content) noexcept {
 
 }  // namespace
 
-StateTable::StateTable(const Edits& edits, StateId limit)
-    : edits_(&edits), classes_(static_cast<std::size_t>(edits.automata().alphabet.size())), max_gates_(edits.max_gates()), layers_at_(edits.automata().forward.size()), begin_{0} {
+StateTable::StateTable(const Edits& edits, const StateLimits& limits)
+    : edits_(&edits), limits_(limits), classes_(static_cast<std::size_t>(edits.automata().alphabet.size())), max_gates_(edits.max_gates()), layers_at_(edits.automata().forward.size()), begin_{0} {
   const auto add = [](std::vector<const Dfa*>& to, const std::vector<Dfa>& dfas) {
     for (const Dfa& dfa : dfas) to.push_back(&dfa);
   };
   add(automata_[static_cast<std::size_t>(Side::Light)], edits.automata().forward);
   add(automata_[static_cast<std::size_t>(Side::Light)], edits.automata().layers);
   add(automata_[static_cast<std::size_t>(Side::View)], edits.automata().backward);
-  limit_ = std::min({limit, max_states, static_cast<StateId>(std::max<std::size_t>(most_transitions / classes_, 4096))});
   lists_.push_back(std::make_shared<TakingList>());
   list_numbers_.emplace(std::vector<std::uint16_t>{}, 0u);
   grow_index();
@@ -100,7 +100,7 @@ StateId StateTable::through(StateId state, int edit) noexcept {
   if (const auto known = through_.find(key); known != through_.end()) return known->second;
   const StateId to = advance(state, edits_->gate_class(edit), edit);
   try {
-    if (to != dead) through_.emplace(key, to);
+    if (to != dead && bytes_ < limits_.memory) through_.emplace(key, to), bytes_ += bytes_of_gate;
   } catch (const std::bad_alloc&) {
   }
   return to;
@@ -113,7 +113,7 @@ StateId StateTable::intern(std::span<const std::uint32_t> content) noexcept {
     if (known == unknown) break;
     if (hash_[known] == hash && std::ranges::equal(this->content(known), content)) return known;
   }
-  if (size() < limit_) {
+  if (!is_full()) {
     try {
       return append(content, hash);
     } catch (const std::bad_alloc&) {
@@ -143,6 +143,7 @@ StateId StateTable::append(std::span<const std::uint32_t> content, std::uint64_t
     images_[n] = images_for(copy);
   }
   list_.push_back(list);
+  bytes_ += 2 * ((classes_ + copy.size()) * sizeof(StateId) + bytes_of_state);
   std::size_t slot = hash & (index_.size() - 1);
   while (index_[slot] != unknown) slot = (slot + 1) & (index_.size() - 1);
   index_[slot] = static_cast<StateId>(n);
@@ -180,6 +181,7 @@ std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
     for (const std::uint16_t edit : list.edits) list.quads.add((*edits_)[edit].entry, {edit, QuadId::entry});
     list.quads.build();
   }
+  bytes_ += bytes_of_list + 2 * list.edits.size() * sizeof(std::uint16_t) + list.members.size() * sizeof(std::uint64_t) + list.quads.bytes();
   const auto number = static_cast<std::uint32_t>(lists_.size());
   auto edits = list.edits;
   lists_.push_back(std::make_shared<const TakingList>(std::move(list)));

@@ -32,13 +32,18 @@ struct TakingList {
   QuadSet quads;                        // their entries; left empty when there are many: then the set of all entries is asked
 };
 
+// How large a table may grow; beyond either it counts as full.
+struct StateLimits {
+  std::size_t memory = std::size_t{1} << 29;  // bytes
+  StateId states = (1u << 24) - 1;
+};
+
 class StateTable {
  public:
   static constexpr StateId dead = 0;  // takes nothing, stays dead: where paths end that found the table full
   static constexpr StateId light_start = 1, view_start = 2;  // before any event: feed L's class, or E's
-  static constexpr StateId max_states = (1u << 24) - 1;
 
-  explicit StateTable(const Edits& edits, StateId limit = max_states);  // keeps a pointer to `edits`. Copies are independent
+  explicit StateTable(const Edits& edits, const StateLimits& limits = {});  // keeps a pointer to `edits`. Copies are independent
 
   // The state after one more event. Light states are fed in the order of light, view states backward from E.
   [[nodiscard]] StateId next(StateId state, EventClass event) noexcept {
@@ -69,6 +74,7 @@ class StateTable {
 
   [[nodiscard]] StateId size() const noexcept { return static_cast<StateId>(list_.size()); }  // states are 0 .. size() - 1
   [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }              // events that found the table full
+  [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }                        // that it may hold, vectors grown to twice their use
 
  private:
   static constexpr StateId unknown = ~0u;
@@ -80,9 +86,11 @@ class StateTable {
   [[nodiscard]] std::span<const Dfa* const> automata_of(std::uint32_t side) const noexcept;
   [[nodiscard]] ImageSet images_for(std::span<const std::uint32_t> content) const noexcept;
   void grow_index();
+  [[nodiscard]] bool is_full() const noexcept { return size() > view_start && (size() >= limits_.states || bytes_ >= limits_.memory); }
 
   const Edits* edits_;
-  StateId limit_;
+  StateLimits limits_;
+  std::size_t bytes_ = 0;
   std::size_t classes_;
   int max_gates_;
   std::vector<const Dfa*> automata_[2];      // [side]: of its edits, then, for light, of the layers

@@ -51,6 +51,10 @@ void QuadSet::add(const Quad& q, const QuadId& id) {
   high_.push_back(high + V3d(16 * q.slack));
 }
 
+std::size_t QuadSet::bytes() const noexcept {
+  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId) + 2 * sizeof(V3d)) + nodes_.size() * sizeof(Node);
+}
+
 void QuadSet::build() {
   nodes_.clear();
   if (size() <= leaf_size) return;

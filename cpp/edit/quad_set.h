@@ -42,6 +42,7 @@ class QuadSet {
   void build();
   [[nodiscard]] std::size_t size() const noexcept { return id_.size(); }
   [[nodiscard]] bool empty() const noexcept { return id_.empty(); }
+  [[nodiscard]] std::size_t bytes() const noexcept;
 
   // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;

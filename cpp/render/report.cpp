@@ -57,9 +57,11 @@ std::string describe(const Statistics& s) {
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);
-  text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu splits; grazing exits: %llu\n",
+  text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu by alpha layers, %llu by states, %llu splits; "
+                 "grazing exits: %llu\n",
                  static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),
-                 static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
+                 static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.alpha_capped), static_cast<unsigned long long>(c.states_capped),
+                 static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
   text += format("energy ledger: closes to %.1e of what was emitted\n", s.worst_ledger_residual);
   return text;
 }

@@ -162,7 +162,7 @@ void Session::render_scene(const Scene& scene) {
 }
 
 void Session::explain_edits(const Scene& scene, const Effects& effects) {
-  auto arrivals = find_arrivals(scene, settings_.transport, effects, cancel_);
+  auto arrivals = find_arrivals(scene, settings_.transport, effects, settings_.threads, cancel_);
   const std::lock_guard lock(lock_);
   statistics_.arrivals = std::move(arrivals);
 }
@@ -203,6 +203,9 @@ void Session::measure_shares(const Scene& scene) {
 void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds) {
   const std::lock_guard lock(lock_);
   statistics_.counts += counts;
+  if (counts.states_capped > 0 && counts.states_capped == statistics_.counts.states_capped)  // the first that are
+    warnings_.push_back({"edits", "light goes through more combinations of edits than there is memory to tell apart; paths beyond them are dropped (the log "
+                                  "says how many) and the picture depends on the number of threads: lower Max Edits per Path, or let edits take less"});
   statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
   statistics_.seconds[static_cast<std::size_t>(Phase::View)] += view_seconds;
   if (counts.ledger.emitted > 0)

@@ -77,7 +77,7 @@ int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found
       if constexpr (std::same_as<std::decay_t<decltype(lamp)>, SphereLamp> || std::same_as<std::decay_t<decltype(lamp)>, AreaLamp>) {
         const auto crossing = kinds::crossing(lamp, ray.origin, ray.direction);
         if (!crossing || !(crossing->t <= ray.t_max)) return;
-        found[count++] = {index, crossing->t, crossing->radiance, kinds::pdf_direct(parts, lamp, ray.origin, ray.direction, nullptr)};
+        found[count++] = {index, crossing->t, crossing->radiance};
       }
     };
     std::visit(visit, light.kind);
@@ -134,16 +134,6 @@ std::optional<EmissionDirection> sample_infinite(const Scene& scene, int light, 
     } else {
       return {};
     }
-  };
-  return std::visit(visit, light_at(scene, light).kind);
-}
-
-float pdf_infinite(const Scene& scene, int light, const V3f& direction) noexcept {
-  const auto visit = [&](const auto& kind) -> float {
-    if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
-      return is_parallel(kind) ? 0.0f : kinds::pdf_towards(kind, -direction);
-    else
-      return 0;
   };
   return std::visit(visit, light_at(scene, light).kind);
 }

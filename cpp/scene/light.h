@@ -99,7 +99,6 @@ struct LampHit {
   int light;
   double t;
   Color radiance;
-  float pdf_direct;  // as pdf_direct from the ray's origin
 };
 // Writes the lamps on [0, t_max] in front of the ray, at most found.size() of them, in no order; returns how many. A camera ray sees
 // only those whose description says so.
@@ -141,7 +140,6 @@ struct EmissionDirection {
 // Light from infinity: the direction it travels; the caller chooses the disk it starts from. Flux = eval_infinite_emission /
 // (pdf · density on the disk).
 [[nodiscard]] std::optional<EmissionDirection> sample_infinite(const Scene& scene, int light, const V2f& u) noexcept;
-[[nodiscard]] float pdf_infinite(const Scene& scene, int light, const V3f& direction) noexcept;
 // Radiance travelling along `direction`; a parallel sun: its irradiance (ask with the sampled direction only).
 [[nodiscard]] Color eval_infinite_emission(const Scene& scene, int light, const V3f& direction) noexcept;
 

@@ -82,7 +82,7 @@ std::optional<Hit> Scene::intersect(const Ray& ray) const noexcept {
   return refine(*parts_, ray, *raw);
 }
 
-Color Scene::transmittance(const Ray& ray) const noexcept {
+std::optional<Color> Scene::transmittance(const Ray& ray) const noexcept {
   const Parts& parts = *parts_;
   const ShadowRay whole(ray);
   if (parts.accelerator.blocked(whole.origin, whole.direction, whole.t_max, mask_shadow_opaque)) return Color(0);
@@ -90,7 +90,7 @@ Color Scene::transmittance(const Ray& ray) const noexcept {
   if (!parts.has_transparent_shadows) return left;
   Ray rest = ray;
   SurfacePoint point;
-  constexpr int most_surfaces = 1024;  // a bound on what one ray may cost; that many sheets are black
+  constexpr int most_surfaces = 1024;  // a bound on what one ray may cost
   for (int i = 0; i < most_surfaces; ++i) {
     const ShadowRay left_over(rest);
     const auto raw = parts.accelerator.nearest(left_over.origin, left_over.direction, left_over.t_max, mask_shadow_transparent);
@@ -106,14 +106,11 @@ Color Scene::transmittance(const Ray& ray) const noexcept {
     rest.clearance = hit.clearance;
     if (!(rest.t_max > 0)) return left;
   }
-  return Color(0);
+  return {};
 }
 
 const Material& Scene::material(const Hit& hit) const noexcept {
   return parts_->materials[parts_->binding(parts_->instances[hit.instance], hit.triangle).material];
-}
-const Material* Scene::world_material() const noexcept {
-  return parts_->world_material < 0 ? nullptr : &parts_->materials[static_cast<std::size_t>(parts_->world_material)];
 }
 
 std::span<const Light> Scene::lights() const noexcept { return parts_->lights; }

@@ -39,13 +39,12 @@ class Scene {
   // Nearest surface in front of the ray, transparent ones too. Rays that are not finite, or shorter than nothing, meet nothing.
   [[nodiscard]] std::optional<Hit> intersect(const Ray& ray) const noexcept;
   // What is left of light along the segment [0, t_max]: the product of the transparencies of the shadow-casting surfaces on it,
-  // black if one is opaque. Lamps block nothing.
-  [[nodiscard]] Color transmittance(const Ray& ray) const noexcept;
+  // black if one is opaque. Lamps block nothing. Empty: more transparent surfaces than are followed.
+  [[nodiscard]] std::optional<Color> transmittance(const Ray& ray) const noexcept;
 
   [[nodiscard]] const Material& material(const Hit& hit) const noexcept;
   // What shade() needs to know at a hit seen from `wo` (unit, away from the surface). Photons set point.photon themselves.
   void surface_point(const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) const noexcept;
-  [[nodiscard]] const Material* world_material() const noexcept;  // null: black
 
   [[nodiscard]] std::span<const Light> lights() const noexcept;
   [[nodiscard]] int mesh_light(std::uint32_t instance) const noexcept;  // the light that this instance is, -1 = it does not emit

@@ -14,10 +14,10 @@ namespace {
 constexpr int all_paths = 1 << 15, fewest_paths = 1 << 7, most_targets = 32;
 constexpr std::size_t most_kinds = 5, longest = 5;
 
-// Light by power; a third of it towards the entry, a third towards what mirrors or refracts.
-Guide aim_at(const Scene& scene, const Quad& entry) {
+// Light by power; a third of it towards the first target, which is an entry's, a third towards what mirrors or refracts.
+Guide aim_at_entries(const Scene& scene) {
   Guide guide;
-  guide.targets = {sphere_around(entry)};
+  guide.targets.resize(1);
   add_specular_targets(scene, most_targets, guide.targets);
   std::vector<float> strategy(guide.targets.size() + 2, 1.0f / static_cast<float>(std::max<std::size_t>(guide.targets.size() - 1, 1)));
   strategy[0] = strategy[1] = 1, strategy.back() = 0;
@@ -100,16 +100,17 @@ void Witness::look(int word, double energy, const Segment& segment, const std::o
     crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad.frame.n) > 0};
 }
 
-std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::atomic<bool>& cancel) {
+std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, const std::atomic<bool>& cancel) {
   std::vector<Arrivals> found(static_cast<std::size_t>(scene.edits().size()));
-  const int paths = found.empty() ? 0 : std::max(fewest_paths, all_paths / static_cast<int>(found.size()));
-  for (std::size_t e = 0; e < found.size() && !scene.lights().empty(); ++e) {
+  if (found.empty()) return found;
+  const int paths = std::max(fewest_paths, all_paths / static_cast<int>(found.size()));
+  Guide guide = aim_at_entries(scene);
+  LightTracer tracer(scene, settings, effects, threads);
+  for (std::size_t e = 0; e < found.size() && !guide.lights.empty() && !cancel; ++e) {
     const Edit& edit = scene.edits()[static_cast<int>(e)];
     if (edit.side != Side::Light) continue;
-    const Guide guide = aim_at(scene, edit.entry);
-    if (guide.lights.empty()) continue;
+    guide.targets[0] = sphere_around(edit.entry);
     Witness witness(scene.edits(), static_cast<int>(e));
-    LightTracer tracer(scene, settings, effects, &witness);
     std::map<std::string, double> kinds[2];  // by side: what a surface sends back would hide what arrives at it
     double total[2] = {0, 0};
     std::vector<std::uint64_t> takers(found.size(), 0);
@@ -119,7 +120,7 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
       const auto photon = emit_photon(scene, guide, sampler);
       if (!photon) continue;
       photons.clear(), witness.clear();
-      tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
+      tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons, &witness);
       found[e].crossed += !witness.crossed().empty();
       if (witness.taker() >= 0) ++found[e].taken, ++takers[static_cast<std::size_t>(witness.taker())];
       for (const auto& [word, energy, along] : witness.crossed()) kinds[along][expression_for(scene, witness, word)] += energy, total[along] += energy;

@@ -60,7 +60,8 @@ struct Arrivals {
   std::vector<Kind> kinds;                // the commonest first, few; of the side from which more energy comes
 };
 
-// Per edit of the scene; nothing for view edits.
-[[nodiscard]] std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::atomic<bool>& cancel);
+// Per edit of the scene; nothing for view edits. On one thread, of a render on `threads`.
+[[nodiscard]] std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads,
+                                                  const std::atomic<bool>& cancel);
 
 }  // namespace sluice

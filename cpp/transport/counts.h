@@ -43,6 +43,8 @@ struct Counts {
   std::uint64_t edit_queries = 0;  // segments that asked the edits
   // dropped or capped, never silently
   std::uint64_t non_finite = 0, adjoint_clamped = 0, depth_capped = 0, gates_capped = 0, split_capped = 0, grazing_dropped = 0;
+  std::uint64_t alpha_capped = 0;   // behind more transparent surfaces than are followed
+  std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/path_state.h)
 
   void operator+=(const Counts& o) {
     ledger += o.ledger;
@@ -51,7 +53,7 @@ struct Counts {
     rays += o.rays, shadow_rays += o.shadow_rays, photon_paths += o.photon_paths, photons_stored += o.photons_stored;
     view_paths += o.view_paths, gathers += o.gathers, photons_gathered += o.photons_gathered, edit_queries += o.edit_queries;
     non_finite += o.non_finite, adjoint_clamped += o.adjoint_clamped, depth_capped += o.depth_capped, gates_capped += o.gates_capped;
-    split_capped += o.split_capped, grazing_dropped += o.grazing_dropped;
+    split_capped += o.split_capped, grazing_dropped += o.grazing_dropped, alpha_capped += o.alpha_capped, states_capped += o.states_capped;
   }
 };
 

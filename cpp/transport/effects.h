@@ -14,7 +14,7 @@ struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
   bool light_edits = false, view_edits = false;
   bool layers = false;           // images of whole paths beside the picture
-  unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads
+  unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads; direct ones only near their light (light_path.cpp)
   unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
 
   [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }

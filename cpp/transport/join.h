@@ -3,7 +3,6 @@
 // happened to it as a list from its far end towards the eye; q is in C iff running q forward along that list meets no contradiction.
 // So C is never built, and a path that met no gate allows every q at once. Layers ask what q is then: at the eye the word is whole.
 #pragma once
-#include <optional>
 #include <vector>
 
 #include "edit/gates.h"
@@ -34,26 +33,33 @@ class Joins {
     return false;
   }
 
-  // What q, the state of light that arrives at the list's far end, is at the eye; empty if it is not in C.
-  [[nodiscard]] std::optional<StateId> arrive(StateTable& states, StateId q, int step) const noexcept {
-    for (; step >= 0; step = steps_[static_cast<std::size_t>(step)].towards_eye) {
+  // What becomes of light in state q that arrives at the list's far end: at the eye in a state, or refused as q is not in C, or lost to
+  // a cap.
+  enum class Fate : std::uint8_t { Arrives, Refused, GatesCapped, StatesCapped };
+  struct AtEye {
+    StateId q;
+    Fate fate;
+  };
+  [[nodiscard]] AtEye arrive(StateTable& states, StateId q, int step) const noexcept {
+    for (; step >= 0 && q != StateTable::dead; step = steps_[static_cast<std::size_t>(step)].towards_eye) {
       const Step& s = steps_[static_cast<std::size_t>(step)];
       switch (s.kind) {
         case Kind::Event: q = states.next(q, s.id); break;
         case Kind::Passed:
-          if (states.takes(q, s.id)) return {};
+          if (states.takes(q, s.id)) return {q, Fate::Refused};
           break;
         case Kind::Gate:
-          if (!states.takes(q, s.id) || states.at_cap(q)) return {};
+          if (!states.takes(q, s.id)) return {q, Fate::Refused};
+          if (states.at_cap(q)) return {q, Fate::GatesCapped};
           q = states.through(q, s.id);
           break;
         case Kind::ViewGate:
-          if (states.at_cap(q)) return {};
+          if (states.at_cap(q)) return {q, Fate::GatesCapped};
           q = states.through(q, s.id);
           break;
       }
     }
-    return q;
+    return {q, q == StateTable::dead ? Fate::StatesCapped : Fate::Arrives};
   }
 
  private:

@@ -11,8 +11,9 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 }  // namespace
 
-void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out) {
+void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness) {
   key_ = key, draws_ = 0;
+  witness_ = witness;
   light_ = photon.light, emitter_ = photon.emitter;
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
@@ -36,6 +37,11 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
 
 // Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in branches_.
 bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
+  if (path.q == StateTable::dead && effects_.light_edits) {
+    counts.ledger.capped += luminance(path.flux);
+    ++counts.states_capped;
+    return false;
+  }
   const Edits& edits = scene_.edits();
   if (path.at_edit >= 0) {
     const auto crossing = edits.first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
@@ -80,7 +86,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     path.origin = hit->position, path.clearance = hit->clearance, path.t_min = 0;
   }
   counts.ledger.capped += luminance(path.flux);
-  ++counts.depth_capped;
+  ++counts.alpha_capped;
   return false;
 }
 
@@ -156,7 +162,7 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
   photon.set_q(path.q);
-  photon.arrival_and_gates = static_cast<std::uint8_t>(static_cast<unsigned>(arrival) | (static_cast<unsigned>(std::min(states_.gates(path.q), 63)) << 2));
+  photon.arrival = arrival;
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));
   out.push_back(photon);
   ++counts.photons_stored;

@@ -33,14 +33,14 @@ struct LightPath {
   int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
 };
 
-// What traces light paths on one thread: scratch memory, states, counts. Photons go to a list of the caller's.
+// What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list of the caller's.
 class LightTracer {
  public:
-  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, Witness* witness = nullptr)
-      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()), witness_(witness) {}
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
+      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {}
 
   // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
-  void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out);
+  void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness = nullptr);
 
   [[nodiscard]] StateTable& states() noexcept { return states_; }
   Counts counts;
@@ -58,7 +58,7 @@ class LightTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   StateTable states_;
-  Witness* witness_;  // only where someone asks what arrives at an entry (arrivals.h)
+  Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   std::array<LightPath, split_budget> branches_;
   int branch_count_ = 0;
   int light_ = 0;  // where the paths being traced started

@@ -52,10 +52,9 @@ struct Photon {
   std::uint16_t mantissa[3] = {};  // flux (W) = mantissa · 2^(exponent - 144)
   std::uint8_t exponent = 18;
   std::uint8_t state[3] = {};      // q of the path so far, an index into the pass's table of states
-  std::uint8_t arrival_and_gates = 0;  // 2 + 6 bits
+  Arrival arrival = Arrival::Direct;
   std::uint8_t depth = 0;          // D, S, G events so far
 
-  [[nodiscard]] Arrival arrival() const noexcept { return static_cast<Arrival>(arrival_and_gates & 3); }
   [[nodiscard]] std::uint32_t q() const noexcept { return state[0] | (state[1] << 8) | (static_cast<std::uint32_t>(state[2]) << 16); }
   void set_q(std::uint32_t q) noexcept {
     for (int i = 0; i < 3; ++i) state[i] = static_cast<std::uint8_t>(q >> (8 * i));

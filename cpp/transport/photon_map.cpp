@@ -6,7 +6,7 @@
 namespace sluice {
 
 void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool) {
-  const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival())) & 1u; };
+  const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; };
   std::vector<std::size_t> offset(chunks.size() + 1, 0);
   pool.parallel_for(chunks.size(), [&](std::size_t c, int) { offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken)); });
   for (std::size_t c = 0; c < chunks.size(); ++c) offset[c + 1] += offset[c];

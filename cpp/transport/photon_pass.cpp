@@ -12,7 +12,7 @@ constexpr int paths_per_chunk = 1024;
 
 PhotonPass::PhotonPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads) {
   tracers_.reserve(static_cast<std::size_t>(threads));
-  for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects);
+  for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects, threads);
 }
 
 bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts) {

@@ -105,11 +105,11 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
   return seen;
 }
 
-// What paths towards each target brought, and what all of them brought.
+// What the photons of one light brought. Of those that are stored: what comes straight from a light counts only close to it.
 struct Yield {
   std::vector<double> close;       // per target: useful light that arrived by mirrors, glass or exits
   std::vector<double> aims;        // per cell of AimTable: useful light that started there
-  double seen = 0, all = 0;        // luminous flux stored where the camera looks, and anywhere
+  double seen = 0, all = 0;        // luminous flux where the camera looks, and anywhere
 
   void operator+=(const Yield& o) {
     const auto add = [](std::vector<double>& to, const std::vector<double>& from) {
@@ -125,7 +125,7 @@ class Pilot {
  public:
   Pilot(const Scene& scene, const TransportSettings& settings, const Effects& effects, ThreadPool& pool, const std::atomic<bool>& cancel)
       : scene_(scene), settings_(settings), effects_(effects), pool_(pool), cancel_(cancel) {
-    for (int t = 0; t < pool.size(); ++t) tracers_.emplace_back(scene, settings, effects);
+    for (int t = 0; t < pool.size(); ++t) tracers_.emplace_back(scene, settings, effects, pool.size());
   }
 
   Guide run() {
@@ -258,7 +258,7 @@ class Pilot {
       yield.all += flux;
       if (!seen.contains(photon.position)) continue;
       seen_flux += flux;
-      if (photon.arrival() == Arrival::Caustic || photon.arrival() == Arrival::Edited) close += flux;
+      if (photon.arrival == Arrival::Caustic || photon.arrival == Arrival::Edited) close += flux;
     }
     yield.seen += seen_flux;
     const Light& light = scene_.lights()[static_cast<std::size_t>(start.light)];

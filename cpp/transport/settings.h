@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the artist sets for transport (design §8, scene.sluice). Plain data; a pass is a pure function of these, the scene and its index.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 namespace sluice {
@@ -12,7 +13,13 @@ struct TransportSettings {
   int max_depth = 12;         // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
+  std::size_t state_memory = std::size_t{2} << 30;  // bytes, of the states of paths (edit/path_state.h) of all threads together
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
 };
+
+// What one table of states may hold: a thread has one for light paths and one for view paths, and edits are explained with one more.
+[[nodiscard]] inline std::size_t state_memory_of_one(const TransportSettings& settings, int threads) noexcept {
+  return settings.state_memory / (2 * static_cast<std::size_t>(threads) + 1);
+}
 
 }  // namespace sluice

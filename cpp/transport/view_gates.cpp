@@ -2,6 +2,8 @@
 // Gates on view segments. Light edits are met backward (design §2 and §5): at a plane of quads light may have come straight through,
 // passing every entry there, or out of an exit, taken by that edit's entry; both continue, and C remembers which light that was.
 // View edits are met forward from the eye, as paper §4 has it.
+#include <utility>
+
 #include "transport/view_path.h"
 
 namespace sluice {
@@ -52,6 +54,7 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   };
   int ways = 0;
   for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
+  if (path.gates >= edits.max_gates()) counts.gates_capped += static_cast<std::uint64_t>(std::exchange(ways, 0));
   if (ways > 0 && branch_count_ + ways + 1 > split_budget) {  // the path itself goes on too
     ++counts.split_capped;
     const int chosen = pick_one(random(), ways + 1);
@@ -72,11 +75,11 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   return Went::Straight;
 }
 
-// Never through an edit already in the path without repeat, nor beyond the caps: C would refuse every q in the end.
+// Never through an edit already in the path without repeat: C would refuse every q in the end.
 bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const noexcept {
   const Edit& edit = scene_.edits()[crossing.edit];
   if (crossing.exit == QuadId::entry && !edit.is_partial) return false;
-  return path.gates < scene_.edits().max_gates() && (edit.repeat || !joins_.uses(path.joins, crossing.edit));
+  return edit.repeat || !joins_.uses(path.joins, crossing.edit);
 }
 
 // Light went straight past the plane's entries, or past those between an exit and the entry that the path came out of: entries of a

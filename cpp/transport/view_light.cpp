@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The estimators of design §5 at v, the view path's vertex with gathering lobes: direct light (next-event estimation, MIS with lobe
-// sampling), caustics and edited light (photon density at v), indirect light (one gather segment to y, photon density there), and
-// the emission that paths and gather segments meet.
+// sampling), caustics and edited light (photon density at v), indirect light (one gather segment to y; next-event estimation and photon
+// density there), and the emission that paths and gather segments meet.
 #include <algorithm>
 
 #include "transport/view_path.h"
@@ -55,12 +55,15 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   Color visible(1);
   if (light.casts_shadow) {
     ++counts.shadow_rays;
-    visible = scene_.transmittance(ray_from(vertex.hit, sample->wi, sample->distance));
-    if (is_black(visible)) return;
+    const auto left = scene_.transmittance(ray_from(vertex.hit, sample->wi, sample->distance));
+    if (!left) ++counts.alpha_capped;
+    if (!left || is_black(*left)) return;
+    visible = *left;
   }
   StateId q = StateTable::light_start;
   if (asks_words()) {
     q = light_state(choice->light);
+    if (q == StateTable::dead && effects_.light_edits) return void(++counts.states_capped);
     if (!states_.taking(q).empty()) {
       ++counts.edit_queries;
       if (scene_.edits().any_taken(states_, q, {vertex.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
@@ -76,10 +79,19 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   }
 }
 
-ViewTracer::Joined ViewTracer::join(StateId q, int joins) noexcept {
-  const auto at_eye = joins_.arrive(states_, q, joins);
-  if (!at_eye) return {0};
-  return {effects_.layers ? states_.images(states_.next(*at_eye, scene_.edits().event_class(Event::E, -1))) : picture, *at_eye};
+ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
+  const auto [at_eye, fate] = joins_.arrive(states_, q, joins);
+  if (fate == Joins::Fate::StatesCapped && !joins_.is_constrained(joins)) return {picture, at_eye, fate};  // lost to the layers alone
+  if (fate != Joins::Fate::Arrives) return {0, at_eye, fate};
+  if (!effects_.layers) return {picture, at_eye};
+  const StateId whole = states_.next(at_eye, scene_.edits().event_class(Event::E, -1));
+  return {states_.images(whole), at_eye, whole == StateTable::dead ? Joins::Fate::StatesCapped : fate};
+}
+
+ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
+  if (joined.fate == Joins::Fate::GatesCapped) ++counts.gates_capped;
+  if (joined.fate == Joins::Fate::StatesCapped) ++counts.states_capped;
+  return joined;
 }
 
 // For a state of the pass's photons. Remembered while C stays the same.
@@ -88,9 +100,9 @@ ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept 
   if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
   if (memo_mark_[q] != memo_now_) {
     memo_mark_[q] = memo_now_;
-    memo_[q] = join(state_of_[q], joins);
+    memo_[q] = try_join(state_of_[q], joins);
   }
-  return memo_[q];
+  return counted(memo_[q]);
 }
 
 // Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all of them, so that layers
@@ -120,13 +132,13 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
     estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
-      if (photon.depth > room) return;
+      if (photon.depth > room) return void(++counts.depth_capped);
       Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
       to.images &= asked;
       if (!to.images) return;
       ++counts.photons_gathered;
-      if (sums) sum[static_cast<std::size_t>(photon.arrival())] += radiance, to.images &= ~picture, credit(to.q, radiance * path.weight);
-      if (to.images) add(photon.arrival() == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
+      if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit(to.q, radiance * path.weight);
+      if (to.images) add(photon.arrival == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
     });
     if (!sums) return;
     add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], {picture});
@@ -180,9 +192,10 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
     for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - chance)) : far_.bsdf.transparency / chance;
     ray = ray_from(*hit, sample->wi);
   }
-  if (!arrived) return;
+  if (!arrived) return void(++counts.alpha_capped);
   surface_emission(path, segment, far_, arms);
-  if (!effects_.indirect || path.depth + 2 > settings_.max_depth) return;
+  if (!effects_.indirect) return;
+  if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += far_.bsdf.count > 0);
   direct_light(path, far_, arms, Part::Indirect);
   gather_at(path, far_, arms, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
 }
@@ -246,7 +259,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
       const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);
       Color sum(0);
       estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
-        if (photon.depth > room) return;
+        if (photon.depth > room) return void(++counts.depth_capped);
         Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
         to.images &= asked;
         if (!to.images) return;

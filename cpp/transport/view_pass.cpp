@@ -6,7 +6,7 @@ namespace sluice {
 ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
     : samples_(static_cast<std::size_t>(threads)), layers_(samples_.size()) {
   tracers_.reserve(static_cast<std::size_t>(threads));
-  for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects);
+  for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects, threads);
 }
 
 bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,

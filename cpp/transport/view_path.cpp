@@ -70,7 +70,7 @@ void ViewTracer::follow(ViewPath& path) {
     const Vertex& v = vertex_;
     record_first(&v);
     surface_emission(path, segment_of(path), v, arm_of(path));
-    if (path.depth + 1 > settings_.max_depth) return;
+    if (path.depth + 1 > settings_.max_depth) return void(counts.depth_capped += v.bsdf.count > 0);
     if (effects_.direct) direct_light(path, v, arm_of(path), Part::Direct);
     close_density(path, v);
     gather(path, v);
@@ -91,6 +91,10 @@ void ViewTracer::record_first(const Vertex* vertex) noexcept {
 
 // On to the next surface, collecting emission on the way. False: the path is over, or goes on in branches_.
 bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
+  if (path.state == StateTable::dead && effects_.view_edits) {
+    ++counts.states_capped;
+    return false;
+  }
   const Edits& edits = scene_.edits();
   if (path.at_edit >= 0) {
     const auto crossing = edits.first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
@@ -132,7 +136,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     path.origin = hit->position, path.clearance = hit->clearance;
     path.t_max -= hit->t;
   }
-  ++counts.depth_capped;
+  ++counts.alpha_capped;
   return false;
 }
 

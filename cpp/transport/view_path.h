@@ -38,15 +38,17 @@ struct ViewPath {
   bool is_camera = true;          // no event yet: sees what the camera sees
 };
 
-// What traces view samples on one thread.
+// What traces view samples on one of `threads` threads.
 class ViewTracer {
  public:
-  ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects) : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits()), layers_(scene.edits().layers().size()) {}
+  ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
+      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), layers_(scene.edits().layers().size()) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
   [[nodiscard]] PixelSample trace(int x, int y, const Sampler& sampler, std::uint64_t key);
   [[nodiscard]] std::span<const Color> layers() const noexcept { return layers_; }  // of the last sample
+  [[nodiscard]] const StateTable& states() const noexcept { return states_; }
   Counts counts;
 
  private:
@@ -64,8 +66,9 @@ class ViewTracer {
 
   enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
   struct Joined {  // what light becomes at the end of the list
-    ImageSet images;                // that it is part of; none: its q is not in C
+    ImageSet images = 0;            // that it is part of; none: its q is not in C, or a cap was met on the way
     StateId q = StateTable::dead;   // which edits it met, if it met any
+    Joins::Fate fate = Joins::Fate::Arrives;
   };
   struct Arm {  // one kind of lobe of v through which gathered light reaches the eye
     int joins;
@@ -129,7 +132,9 @@ class ViewTracer {
   [[nodiscard]] StateId light_state(int light) noexcept {
     return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
   }
-  [[nodiscard]] Joined join(StateId q, int joins) noexcept;
+  [[nodiscard]] Joined try_join(StateId q, int joins) noexcept;
+  [[nodiscard]] Joined counted(const Joined& joined) noexcept;
+  [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
   [[nodiscard]] bool asks_words() const noexcept { return effects_.light_edits || effects_.layers; }  // else events need not be listed
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }

@@ -27,7 +27,7 @@ TEST(Gains, GainsOfFluxAndRadiance) {
   EXPECT_FLOAT_EQ(s.edits.forward(1, 0, uv, {0, 0, -1})->gain, 0.5f);       // view edits carry radiance
   EXPECT_FLOAT_EQ(s.edits.forward(1, 1, uv, {0, 0, -1})->gain, 0.5f);
   EXPECT_EQ(s.edits.forward(0, 1, uv, {0, 0, -1})->hue, 1);
-  EXPECT_TRUE(s.edits[0].has_hue && s.edits.has(Side::View));
+  EXPECT_TRUE(s.edits[0].side == Side::Light && s.edits[1].side == Side::View);
   // P10: σ · A_in = A_out.
   EXPECT_NEAR(s.edits[0].exits[0].area_ratio * s.edits[0].entry.area / s.edits[0].exits[0].quad.area, 1, 1e-5);
 }

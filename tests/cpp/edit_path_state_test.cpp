@@ -170,7 +170,7 @@ TEST_F(PathState, CopiesAreIndependent) {
 }
 
 TEST_F(PathState, AFullTableIsCountedAndTakesNothing) {
-  StateTable small(edits, 6);
+  StateTable small(edits, {.states = 6});
   StateId q = small.next(StateTable::light_start, edits.event_class(Event::L, Lamp));
   for (int i = 0; i < 10; ++i) q = small.through(q, 2);
   EXPECT_EQ(q, StateTable::dead);
@@ -183,6 +183,29 @@ TEST_F(PathState, AFullTableIsCountedAndTakesNothing) {
   (void)small.next(StateTable::light_start, d);
   (void)small.next(StateTable::light_start, d);
   EXPECT_EQ(small.overflows(), 3u);  // each path that meets the limit is counted
+}
+
+// Seven edits that take everything, in any order: 127 sets of used ones, times automaton states.
+TEST(PathStateMemory, IsALimit) {
+  std::vector<EditDescription> all;
+  for (int i = 0; i < 7; ++i) all.push_back(edit_at(numbered("E", i), at({5.0 * i, 0, 0}), "L.*", i));
+  TestEdits test(all, entities);
+  const auto fill = [&](StateTable& table) {
+    std::mt19937 random(3);
+    for (int walk = 0; walk < 2000; ++walk) {
+      StateId q = table.next(StateTable::light_start, test.edits.event_class(Event::L, Lamp));
+      for (int i = 0; i < 6; ++i) q = table.through(q, static_cast<int>(random() % 7));
+    }
+  };
+  StateTable ample(test.edits), tight(test.edits, {.memory = 8192}), none(test.edits, {.memory = 0});
+  fill(ample), fill(tight), fill(none);
+  EXPECT_EQ(ample.overflows(), 0u);
+  EXPECT_GT(ample.size(), 100u);
+  EXPECT_GT(ample.bytes(), 2 * 8192u);
+  EXPECT_GT(tight.overflows(), 100u);
+  EXPECT_LT(tight.bytes(), 8192u + 1024u);  // it ends with the state that reaches the limit
+  EXPECT_GT(tight.size(), 3u);
+  EXPECT_EQ(none.size(), 3u);  // dead and the two starts are always there
 }
 
 TEST_F(PathState, SteadyStateIsALookup) {

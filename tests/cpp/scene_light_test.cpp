@@ -60,7 +60,7 @@ struct Seen {
 Seen look(const Scene& scene, const V3d& from, const V3f& wi) {
   Seen seen;
   LampHit found[4];
-  for (int i = 0; i < intersect_lamps(scene, {from, wi}, found); ++i) seen.radiance += found[i].radiance, seen.pdf += found[i].pdf_direct;
+  for (int i = 0; i < intersect_lamps(scene, {from, wi}, found); ++i) seen.radiance += found[i].radiance, seen.pdf += pdf_direct(scene, found[i].light, from, wi, nullptr);
   if (const auto hit = scene.intersect({from, wi}); hit && scene.material(*hit).emits()) {
     seen.radiance += scene.material(*hit).average_emission();
     seen.pdf += pdf_direct(scene, scene.mesh_light(hit->instance), from, wi, &*hit);
@@ -68,7 +68,7 @@ Seen look(const Scene& scene, const V3d& from, const V3f& wi) {
   return seen;
 }
 
-double shadow(const Scene& scene, const V3d& from, const DirectSample& sample) { return scene.transmittance({from, sample.wi, sample.distance}).x; }
+double shadow(const Scene& scene, const V3d& from, const DirectSample& sample) { return scene.transmittance({from, sample.wi, sample.distance})->x; }
 
 double irradiance(const DirectSample& sample, const V3f& normal) {
   const float cosine = sample.wi.dot(normal);

@@ -100,7 +100,7 @@ TEST(SceneRay, SurvivesRandomBits) {  // R4
     Ray ray{V3d(any_double(), any_double(), any_double()), V3f(any(), any(), any()), any_double(), V3f(any(), any(), any()), (i & 1) != 0};
     if (i % 3 == 0) ray = {V3d(any(), any(), any()), random.direction(), any(), V3f(0), false};
     if (const auto hit = scene->intersect(ray)) hits += is_finite(hit->position) && std::isfinite(hit->t);
-    const Color left = scene->transmittance(ray);
+    const Color left = scene->transmittance(ray).value();
     ASSERT_TRUE(is_finite(left));
   }
   EXPECT_GE(hits, 0);
@@ -194,7 +194,7 @@ TEST(SceneRay, TransmittanceMultiplies) {
   place(description, mesh, translation({0, 0, 4}), wall);
   const auto scene = compiled(description);
   for (int n = 0; n <= 5; ++n) {
-    const Color left = scene->transmittance({V3d(0.1, 0.05, -1), V3f(0, 0, 1), 0.75 + 0.5 * n});
+    const Color left = scene->transmittance({V3d(0.1, 0.05, -1), V3f(0, 0, 1), 0.75 + 0.5 * n}).value();
     const Color expected(std::pow(0.5f, static_cast<float>(n)), std::pow(0.25f, static_cast<float>(n)), 1);
     EXPECT_EQ(left, expected) << n;
   }

@@ -57,7 +57,7 @@ std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks
       Photon photon;
       photon.position = V3f(centre + V3d(random.real(-1, 1), random.real(-1, 1), random.real(-0.1, 0.1)) * spread);
       photon.set_q(random.bits() & 0xffffffu);
-      photon.arrival_and_gates = static_cast<std::uint8_t>(random.bits() & 3u);
+      photon.arrival = static_cast<Arrival>(random.bits() & 3u);
       chunk.push_back(photon);
     }
   return all;
@@ -78,7 +78,7 @@ TEST(PhotonMap, FindsWhatBruteForceFinds) {
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const V3f d = photon.position - p;
-          if ((photon.arrival_and_gates & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q());
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q());
         }
       ASSERT_EQ(found, expected) << spread << ' ' << query;
     }
