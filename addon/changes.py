@@ -9,7 +9,15 @@ _UNSEEN = {"Action", "Brush", "Screen", "Text", "WindowManager", "WorkSpace", "P
 
 def of(depsgraph):
     """The largest of the kinds above that the updates may be. Scene: (de)selection, but also what is hidden; see roll()."""
-    return max((_kind(update.id) for update in depsgraph.updates), default=NOTHING)
+    updates = list(depsgraph.updates)
+    # From Blender 5.2 a property of the scene lists all of its objects too, their shading as changed; what really changes an object's
+    # look is listed itself
+    of_scene = any(update.id.bl_rna.identifier == "Scene" and update.is_updated_shading for update in updates)
+    return max((EDITS if of_scene and _is_shading_alone(update) else _kind(update.id) for update in updates), default=NOTHING)
+
+
+def _is_shading_alone(update):
+    return update.id.bl_rna.identifier == "Object" and not (update.is_updated_geometry or update.is_updated_transform)
 
 
 def _kind(datablock):

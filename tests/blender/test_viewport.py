@@ -212,3 +212,23 @@ def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypa
     assert len(hashes[0]) == 6 and len(hashes[1]) == 3
     assert hashes[0][3:] == hashes[1] and not set(hashes[0][:3]) & set(hashes[1])
     viewport.free(window.view), viewport.free(fresh.view)
+
+
+def test_a_property_of_the_scene_lists_all_its_objects(window):
+    """Blender 5.2: with the scene every object comes as changed in its shading alone. Nothing is copied for that, but for what moves."""
+    from types import SimpleNamespace
+
+    from sluice import changes
+
+    def listed(item, **changed):
+        flags = {f"is_updated_{what}": changed.get(what, False) for what in ("geometry", "transform", "shading")}
+        return SimpleNamespace(id=item, **flags)
+
+    scene, cube, light = bpy.context.scene, bpy.data.objects["Cube"], bpy.data.lights.new("Lamp", 'POINT')
+    whole = listed(scene, geometry=True, transform=True, shading=True)
+    for updates, kind in (([whole, listed(cube, shading=True)], changes.EDITS),
+                          ([listed(scene), listed(cube, shading=True)], changes.THINGS),
+                          ([whole, listed(cube, transform=True, shading=True)], changes.THINGS),
+                          ([whole, listed(cube, geometry=True)], changes.THINGS),
+                          ([whole, listed(cube, shading=True), listed(light, shading=True)], changes.THINGS)):  # fmt: skip
+        assert changes.of(SimpleNamespace(updates=updates)) == kind

@@ -11,7 +11,8 @@ class Updated:
 
     def __init__(self, *datablocks):
         self._graph = bpy.context.evaluated_depsgraph_get()
-        self.updates = [SimpleNamespace(id=item.evaluated_get(self._graph)) for item in datablocks]
+        everything = {f"is_updated_{what}": True for what in ("geometry", "transform", "shading")}
+        self.updates = [SimpleNamespace(id=item.evaluated_get(self._graph), **everything) for item in datablocks]
 
     def __getattr__(self, name):
         return getattr(self._graph, name)
