@@ -9,6 +9,7 @@ import math
 from pathlib import Path
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)
+FEW = 8  # estimates
 
 
 def read(path: Path) -> list[dict]:
@@ -31,13 +32,15 @@ def error_curve(updates: list[dict]) -> tuple[list[float], list[float]]:
 
 
 def slope(seconds: list[float], errors: list[float]) -> tuple[float, float] | None:
-    """Line through the later half of the curve in log-log: (exponent, log of the error at 1 s). Of fewer than three points the last one,
-    with the exponent of noise."""
+    """Line through the later half of the curve in log-log: (exponent, log of the error at 1 s). Few estimates tell no exponent: then it
+    is that of noise."""
     points = [(math.log(s), math.log(e)) for s, e in zip(seconds, errors, strict=True)]
-    tail = points[min(len(points) // 2, len(points) - 3) :]
-    if len(points) < 3:
-        return (-0.5, points[-1][1] + 0.5 * points[-1][0]) if points else None
+    tail = points[len(points) // 2 :]
+    if not tail:
+        return None
     mean_x, mean_y = (sum(values) / len(tail) for values in zip(*tail, strict=True))
+    if len(points) < FEW:
+        return -0.5, mean_y + 0.5 * mean_x
     spread = sum((x - mean_x) ** 2 for x, _ in tail)
     if spread == 0:
         return None
