@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""./run bench: speed on cornell.blend, how soon rendered mode follows a hand, and error against time beside Cycles on the box of
-tests/bench/. Tables go to out/bench/.
+"""./run bench: speed on cornell.blend, what edits cost, how soon rendered mode follows a hand, and error against time beside Cycles on
+the box of tests/bench/. Tables go to out/bench/.
 
 Wall clock moves by some percent from run to run: compare medians of several seeds (--seeds 8) on an idle machine."""
 
@@ -8,6 +8,8 @@ import argparse
 import csv
 import json
 import os
+import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -23,6 +25,7 @@ import matplotlib.pyplot as plt
 
 EGG = ROOT / "blend_scenes/glass_egg.blend"
 CORNELL = ROOT / "blend_scenes/cornell.blend"
+EDITS = ROOT / "tests/bench/edits.py"
 
 
 def arguments():
@@ -32,7 +35,7 @@ def arguments():
     parser.add_argument("--passes", type=int, nargs="+", default=[1, 4, 16, 64, 256])
     parser.add_argument("--samples", type=int, nargs="*", default=[16, 64, 256], help="of Cycles; none: leave it out")
     parser.add_argument("--photons", type=int, default=32768, help="per pass on the box (%(default)s)")
-    parser.add_argument("--only", choices=("speed", "drag", "large", "small", "cornell"), help="one part alone")
+    parser.add_argument("--only", choices=("speed", "edits", "drag", "large", "small", "cornell"), help="one part alone")
     parser.add_argument("--make-reference", type=int, metavar="PASSES", help="render tests/bench/cornell.npy anew (4096: minutes), and nothing else")
     parser.add_argument("--record", action="store_true", help="add the rows to tests/bench/results.csv, with commit and processor")
     return parser.parse_args()
@@ -75,6 +78,36 @@ def speed(options) -> list[dict]:
         flat["error_estimate"] = row["estimate"]
         rows.append(flat)
         print("  " + ", ".join(f"{key} {value:,}" if isinstance(value, int) else f"{key} {value}" for key, value in flat.items()))
+    return rows
+
+
+def instructions(*task) -> int:
+    """Of a whole run of tests/bench/edits.py: the same each time, whatever else the machine does."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable, EDITS, *map(str, task)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    if done.returncode or not found:
+        raise RuntimeError(f"valgrind ended with {done.returncode}: {done.stderr[-500:]}")
+    return int(found[1])
+
+
+def edits(_) -> list[dict]:
+    """Instructions and seconds of a pass, with edits that no light can match and with edits that a tenth of all segments ask for."""
+    counts = shutil.which("valgrind")
+    if not counts:
+        print("  valgrind is missing (apt-get install valgrind): seconds alone")
+    rows = []
+    for kind, count in (("none", 0), *((kind, 10**power) for kind in ("none", "tenth") for power in range(4))):
+        command = [sys.executable, EDITS, str(count), kind, "4"]
+        runs = [subprocess.run(command, check=True, capture_output=True, text=True).stdout.split() for _ in range(3)]
+        seconds = statistics.median(float(run[2]) for run in runs) / 4
+        row = {"kind": kind, "edits": count, "asking": float(runs[0][0]), "seconds_per_pass": round(seconds, 4)}
+        if counts:
+            row["instructions_per_pass"] = instructions(count, kind, 2) - instructions(count, kind, 1)
+        first = rows[0] if rows else row
+        row |= {name.replace("per_pass", "ratio"): round(row[name] / first[name], 3) for name in list(row) if name.endswith("per_pass")}
+        rows.append(row)
+        print("  " + ", ".join(f"{key} {value:,}" if isinstance(value, int) else f"{key} {value}" for key, value in row.items()), flush=True)
     return rows
 
 
@@ -152,6 +185,10 @@ def measure(options) -> list[str]:
     if options.only in (None, "speed"):
         write_csv(options.out / "speed.csv", speed(options))
         made.append("speed.csv")
+    if options.only in (None, "edits"):
+        print("edits …", flush=True)
+        write_csv(options.out / "edits.csv", edits(options))
+        made.append("edits.csv")
     if options.only in (None, "drag"):
         write_csv(options.out / "drag.csv", drag(options))
         made.append("drag.csv")

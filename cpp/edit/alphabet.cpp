@@ -16,7 +16,8 @@ namespace sluice {
 // Events are told apart by kind and by those of their names that some rule mentions: usually none, so scenes of any size have few.
 class AlphabetBuilder {
  public:
-  AlphabetBuilder(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) : rules_(rules) {
+  AlphabetBuilder(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel)
+      : rules_(rules), cancel_(cancel) {
     for (const Rule& rule : rules)
       for (const Atom& atom : rule.expression->atoms)
         for (const Symbol& symbol : atom.symbols)
@@ -79,6 +80,7 @@ class AlphabetBuilder {
   void find_meanings() {
     std::map<Bits, std::uint32_t> known;
     for (const Rule& rule : rules_) {
+      cancel_();
       auto& meaning = out_.meaning.emplace_back();
       for (const Atom& atom : rule.expression->atoms) {
         const auto symbols = numbered(atom);
@@ -127,6 +129,7 @@ class AlphabetBuilder {
   }
 
   std::span<const Rule> rules_;
+  const CancelPoint& cancel_;
   std::unordered_map<std::string, int> mentioned_;
   std::map<Names, std::uint32_t> name_classes_;
   std::vector<Names> name_list_, gates_;
@@ -134,11 +137,12 @@ class AlphabetBuilder {
   ClassedRules out_;
 };
 
-ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) {
-  return AlphabetBuilder(rules, entities, gates).build();
+ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel) {
+  return AlphabetBuilder(rules, entities, gates, cancel).build();
 }
 
-void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings) {
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings,
+                        const CancelPoint& cancel) {
   std::unordered_set<std::string_view> known, known_gates;
   std::vector<const std::string*> all, all_gates;  // in the scene's order, so that the nearest of equals does not change
   const auto learn = [](std::span<const Entity> things, auto& set, auto& list) {
@@ -150,6 +154,7 @@ void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> ent
   learn(entities, known, all);
   learn(gates, known, all);
   for (const Rule& rule : rules) {
+    cancel();
     std::unordered_set<std::string_view> said;
     for (const Atom& atom : rule.expression->atoms)
       for (const Symbol& symbol : atom.symbols)

@@ -26,6 +26,6 @@ struct ClassedRules {
   std::vector<std::vector<std::uint32_t>> meaning;  // [rule][atom] -> matchers
 };
 
-[[nodiscard]] ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates);
+[[nodiscard]] ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel);
 
 }  // namespace sluice

@@ -28,16 +28,17 @@ std::vector<std::uint64_t> key_of(const Positions& positions, const std::vector<
 }
 
 // Merges automata two by two while the product fits; what cannot be merged stays a group of its own.
-std::vector<Dfa> share(std::vector<Dfa> dfas) {
+std::vector<Dfa> share(std::vector<Dfa> dfas, const CancelPoint& cancel) {
   for (bool merged = true; merged && dfas.size() > 1;) {
     merged = false;
     std::stable_sort(dfas.begin(), dfas.end(), [](const Dfa& a, const Dfa& b) { return a.states < b.states; });
     std::vector<Dfa> next;
     for (std::size_t i = 0; i < dfas.size(); i += 2) {
+      cancel();
       if (i + 1 == dfas.size()) {
         next.push_back(std::move(dfas[i]));
       } else if (auto both = product(dfas[i], dfas[i + 1])) {
-        next.push_back(minimised(*both));
+        next.push_back(minimised(*both, cancel));
         merged = true;
       } else {
         next.push_back(std::move(dfas[i]));
@@ -51,8 +52,9 @@ std::vector<Dfa> share(std::vector<Dfa> dfas) {
 
 }  // namespace
 
-Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates) {
-  ClassedRules classed = classify(rules, entities, gates);
+Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates,
+                           const CancelPoint& cancel) {
+  ClassedRules classed = classify(rules, entities, gates, cancel);
   Automata automata;
   for (std::vector<Dfa>* group : {&automata.forward, &automata.backward, &automata.layers}) {
     const bool backward = group == &automata.backward, layers = group == &automata.layers;
@@ -61,6 +63,7 @@ Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> e
     std::vector<Dfa> dfas;
     for (std::size_t r = 0; r < rules.size(); ++r) {
       if (rules[r].reversed != backward || rules[r].is_layer != layers) continue;
+      cancel();
       Positions positions = make_positions(*rules[r].expression);
       if (backward) positions = reversed(positions);
       const auto [it, is_new] = known.emplace(key_of(positions, classed.meaning[r]), static_cast<std::uint16_t>(users.size()));
@@ -70,12 +73,12 @@ Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> e
           throw ExpressionError(rules[r].name, 1,
                                 "this expression needs more than 4,096 states; write fewer . or {n,m} behind a *, each of them doubles the states");
         }
-        dfas.push_back(minimised(*dfa));
+        dfas.push_back(minimised(*dfa, cancel));
         users.emplace_back();
       }
       users[it->second].push_back(static_cast<std::uint16_t>(r));
     }
-    dfas = share(std::move(dfas));
+    dfas = share(std::move(dfas), cancel);
     for (Dfa& dfa : dfas)
       for (auto& accepting : dfa.accepting) {
         std::vector<std::uint16_t> all;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/cancel.h"
 #include "base/error.h"
 #include "base/event.h"
 #include "edit/expression.h"
@@ -73,9 +74,11 @@ struct Automata {
 };
 
 // Throws ExpressionError naming the rule that does not fit into max_dfa_states alone.
-[[nodiscard]] Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates);
+[[nodiscard]] Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates,
+                                         const CancelPoint& cancel = {});
 
 // Names that nothing bears: a warning on the rule, with the nearest name that exists.
-void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings);
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings,
+                        const CancelPoint& cancel = {});
 
 }  // namespace sluice

@@ -69,8 +69,8 @@ Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds)
 
 class EditsBuilder {
  public:
-  EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images, const EditSpace& space, Warnings& warnings)
-      : descriptions_(descriptions), images_(images), space_(space), warnings_(warnings) {}
+  EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images, const EditSpace& space, Warnings& warnings, const CancelPoint& cancel)
+      : descriptions_(descriptions), images_(images), space_(space), warnings_(warnings), cancel_(cancel) {}
 
   Edits build(std::span<const Entity> entities, int max_gates, std::span<const LayerDescription> layers) {
     edits_.max_gates_ = max_gates;
@@ -88,6 +88,7 @@ class EditsBuilder {
   void read_edits() {
     const double extent = extent_of(descriptions_, space_.bounds);
     for (std::size_t i = 0; i < descriptions_.size(); ++i) {
+      cancel_();
       const EditDescription& d = descriptions_[i];
       if (!d.enabled) continue;
       Expression expression = parse_expression(d.expression, d.entry.name);
@@ -179,7 +180,7 @@ class EditsBuilder {
       for (Exit& x : e.exits) list.push_back(&x.quad);
     }
     // Light from infinity starts outside of all bounds, hence the factor.
-    const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre));
+    const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre), cancel_);
     edits_.groups_.resize(static_cast<std::size_t>(groups));
     for (const Quad* q : list)
       for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) edits_.bounds_.extendBy(q->point(uv));
@@ -201,8 +202,8 @@ class EditsBuilder {
     for (std::size_t i = 0; i < layer_expressions_.size(); ++i)
       rules.push_back({.name = said(edits_.layers_[i]), .expression = &layer_expressions_[i], .is_layer = true});
     for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));  // one that is off still exists by name
-    warn_unknown_names(rules, entities, known, warnings_);
-    edits_.automata_ = compile_automata(rules, entities, gates);
+    warn_unknown_names(rules, entities, known, warnings_, cancel_);
+    edits_.automata_ = compile_automata(rules, entities, gates, cancel_);
     find_reach(entities);
   }
 
@@ -216,7 +217,7 @@ class EditsBuilder {
           if ((entities[i].events & mask_of(e)) && (light || e == Event::S)) occurs[edits_.event_class(e, static_cast<int>(i))] = 1;
       if (!light) occurs[edits_.event_class(Event::E, -1)] = 1;
       for (int i = 0; i < edits_.size(); ++i) occurs[edits_.gate_class(i)] = 1;
-      edits_.reach_[index(side)] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size());
+      edits_.reach_[index(side)] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size(), cancel_);
     }
     for (int i = 0; i < edits_.size(); ++i)
       if (!contains(edits_.takers(edits_[i].side), i))
@@ -252,6 +253,7 @@ class EditsBuilder {
   std::span<const Image> images_;
   const EditSpace& space_;
   Warnings& warnings_;
+  const CancelPoint& cancel_;
   std::vector<Expression> expressions_;  // [edit]
   std::vector<Expression> layer_expressions_;
   std::map<std::size_t, int> image_numbers_;
@@ -259,8 +261,8 @@ class EditsBuilder {
 };
 
 Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images, const EditSpace& space,
-                    int max_gates, Warnings& warnings, std::span<const LayerDescription> layers) {
-  return EditsBuilder(descriptions, images, space, warnings).build(entities, max_gates, layers);
+                    int max_gates, Warnings& warnings, std::span<const LayerDescription> layers, const CancelPoint& cancel) {
+  return EditsBuilder(descriptions, images, space, warnings, cancel).build(entities, max_gates, layers);
 }
 
 }  // namespace sluice

@@ -15,7 +15,7 @@ namespace sluice {
                                               std::uint16_t number);
 
 // Equivalent, with the fewest states, numbered in the order in which they are met from the start.
-[[nodiscard]] Dfa minimised(const Dfa& dfa);
+[[nodiscard]] Dfa minimised(const Dfa& dfa, const CancelPoint& cancel = {});
 
 // Runs both at once; accepts what either accepts. Empty when it does not fit.
 [[nodiscard]] std::optional<Dfa> product(const Dfa& a, const Dfa& b);

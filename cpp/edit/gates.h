@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/cancel.h"
 #include "base/image.h"
 #include "edit/automaton.h"
 #include "edit/edit.h"
@@ -139,6 +140,7 @@ class Edits {
 
 // Layers share the edits' alphabet and are read along with them. Throws ExpressionError; degenerate quads and unknown names become warnings.
 [[nodiscard]] Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images,
-                                  const EditSpace& space, int max_gates, Warnings& warnings, std::span<const LayerDescription> layers = {});
+                                  const EditSpace& space, int max_gates, Warnings& warnings, std::span<const LayerDescription> layers = {},
+                                  const CancelPoint& cancel = {});
 
 }  // namespace sluice

@@ -30,24 +30,39 @@ bool is_near_plane(const Quad& q, const Quad& other, double distance) noexcept {
   return std::max({std::abs(d), std::abs(d + du), std::abs(d + dv), std::abs(d + du + dv)}) <= distance;
 }
 
-// One plane: normals equal up to sign (1e-4 rad: quads of float32 matrices agree to 1e-6) and planes within `distance` of each other all
-// over both quads.
+constexpr double like_normal = 1e-4;  // rad; quads of float32 matrices agree to 1e-6
+
+// One plane: normals equal up to sign and planes within `distance` of each other all over both quads.
 bool share_plane(const Quad& a, const Quad& b, double distance) noexcept {
-  if (1 - std::abs(a.frame.n.dot(b.frame.n)) > 0.5e-8) return false;
+  if (1 - std::abs(a.frame.n.dot(b.frame.n)) > 0.5 * like_normal * like_normal) return false;
   return is_near_plane(a, b, distance) && is_near_plane(b, a, distance);
 }
 
-// Union-find over quads that share planes: root of each quad.
-std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distance) {
+// Union-find over quads that share planes: root of each quad. Such planes lie about equally far from the origin, so in that order only
+// near ones are compared.
+std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distance, const CancelPoint& cancel) {
   std::vector<std::size_t> parent(quads.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
   const auto root = [&](std::size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  for (std::size_t i = 0; i < quads.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (share_plane(*quads[i], *quads[j], distance)) parent[std::max(root(i), root(j))] = std::min(root(i), root(j));
+  std::vector<std::pair<double, std::size_t>> order;
+  double reach = 0;
+  for (std::size_t i = 0; i < quads.size(); ++i) {
+    const V3d m = middle(*quads[i]);
+    order.emplace_back(std::abs(m.dot(quads[i]->frame.n)), i);
+    reach = std::max(reach, m.length());
+  }
+  std::ranges::sort(order);
+  const double window = 1.001 * (distance + like_normal * reach);  // |n·m| of two that share a plane differ by no more
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    cancel();
+    for (std::size_t b = a; b-- > 0 && order[a].first - order[b].first <= window;) {
+      const std::size_t i = order[a].second, j = order[b].second;
+      if (root(i) != root(j) && share_plane(*quads[i], *quads[j], distance)) parent[std::max(root(i), root(j))] = std::min(root(i), root(j));
+    }
+  }
   for (std::size_t i = 0; i < quads.size(); ++i) parent[i] = root(i);
   return parent;
 }
@@ -90,10 +105,10 @@ std::optional<Quad> make_quad(const QuadDescription& description, const V3d& cen
   return q;
 }
 
-int place_quads(std::span<Quad* const> quads, double delta, double scale) {
+int place_quads(std::span<Quad* const> quads, double delta, double scale, const CancelPoint& cancel) {
   for (Quad* q : quads) q->corner += q->frame.n * (delta + q->offset);
 
-  const std::vector<std::size_t> root = find_groups(quads, delta / 2);
+  const std::vector<std::size_t> root = find_groups(quads, delta / 2, cancel);
   std::vector<int> number(quads.size(), -1);
   std::vector<const Quad*> first;  // [group]: the quad of lowest order, whose plane all of them get
   for (std::size_t i = 0; i < quads.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "base/cancel.h"
 #include "base/math.h"
 #include "edit/edit.h"
 
@@ -51,7 +52,7 @@ inline constexpr double least_cosine = 1e-6;
 
 // Floats every quad by delta + its offset, finds the plane groups (normals equal up to sign, floated planes within delta / 2) and
 // moves each quad onto the plane of its group. `scale`: largest |coordinate| that rays have, for the slack. Returns the number of groups.
-int place_quads(std::span<Quad* const> quads, double delta, double scale);
+int place_quads(std::span<Quad* const> quads, double delta, double scale, const CancelPoint& cancel = {});
 
 // The ray's crossing, whatever its t (also behind the origin); empty outside of the quad or if nearly parallel (|n·d| < 1e-6, d unit).
 [[nodiscard]] std::optional<QuadHit> intersect(const Quad& quad, const V3d& origin, const V3d& direction) noexcept;

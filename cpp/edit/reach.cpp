@@ -3,7 +3,7 @@
 
 namespace sluice {
 
-Reach::Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits) : words_((static_cast<std::size_t>(edits) + 63) / 64) {
+Reach::Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits, const CancelPoint& cancel) : words_((static_cast<std::size_t>(edits) + 63) / 64) {
   bits_.assign(occurs.size() * words_, 0);
   any_.assign(words_, 0);
   for (const Dfa& dfa : automata) {
@@ -13,6 +13,7 @@ Reach::Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int
     while (!open.empty()) {
       const std::uint16_t state = open.back();
       open.pop_back();
+      cancel();
       for (std::size_t event = 0; event < occurs.size(); ++event) {
         if (!occurs[event]) continue;
         const std::uint16_t to = dfa.step(state, static_cast<EventClass>(event));

@@ -16,7 +16,7 @@ class Reach {
  public:
   Reach() = default;
   // `occurs`: per event class, can the scene make it?
-  Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits);
+  Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits, const CancelPoint& cancel = {});
 
   // Edits that may take a path whose last event is of this class; by any last event.
   [[nodiscard]] EditSet after(EventClass last) const noexcept { return {bits_.data() + static_cast<std::size_t>(last) * words_, words_}; }

@@ -54,7 +54,9 @@ bool Session::start_from(const Session& base, ShotDescription shot, RenderSettin
   }
   if (!settings.use_edits) switch_off(shot.edits);
   if (!things || !can_recompile(*things, shot)) return false;
-  launch(std::move(settings), [things = std::move(things), shot = std::move(shot)](Warnings& warnings) { return recompile(*things, shot, warnings); });
+  launch(std::move(settings), [this, things = std::move(things), shot = std::move(shot)](Warnings& warnings) {
+    return recompile(*things, shot, warnings, [this] { return cancel_.load(); });
+  });
   return true;
 }
 

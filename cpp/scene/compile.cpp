@@ -5,10 +5,12 @@
 namespace sluice {
 namespace {
 
-void compile_materials(Scene::Parts& parts, Warnings& warnings) {
+void compile_materials(Scene::Parts& parts, Warnings& warnings, const CancelPoint& cancel) {
   const SceneDescription& description = parts.description;
-  for (const MaterialDescription& material : description.materials)
+  for (const MaterialDescription& material : description.materials) {
+    cancel();
     parts.materials.push_back(compile_material(material, description.images, description.specular_threshold, warnings));
+  }
   parts.materials.push_back(compile_material(default_material(), description.images, description.specular_threshold, warnings));
   parts.material_used.assign(parts.materials.size(), 0);
 }
@@ -68,35 +70,34 @@ void warn_of_oddities(const Scene::Parts& parts, Warnings& warnings) {
 }
 
 std::shared_ptr<const Scene::Parts> compile_parts(SceneDescription description, const std::function<bool()>& cancelled, int threads) {
-  const auto stop = [&] { return cancelled && cancelled(); };
+  const CancelPoint cancel(cancelled);
   auto parts = std::make_shared<Scene::Parts>();
   Warnings& warnings = parts->warnings;
-  clean_meshes(description, warnings);
+  clean_meshes(description, warnings, cancel);
   parts->description = std::move(description);
-  if (stop()) return nullptr;
-  compile_materials(*parts, warnings);
-  place_instances(*parts, warnings);
+  compile_materials(*parts, warnings, cancel);
+  place_instances(*parts, warnings, cancel);
   settle_vertices(*parts);
-  if (stop() || !build_accelerator(*parts, cancelled, threads)) return nullptr;
+  cancel();
+  if (!build_accelerator(*parts, cancelled, threads)) return nullptr;
   add_lamps(*parts, warnings);
-  add_mesh_lights(*parts);
+  add_mesh_lights(*parts, cancel);
   if (!add_world(*parts, cancelled, threads)) return nullptr;
   std::vector<float> powers;
   for (const Light& light : parts->lights) powers.push_back(std::max(light.power, 1e-30f));
   parts->lights_by_power = Distribution(powers);
   name_events(*parts);
   warn_of_oddities(*parts, warnings);
-  if (stop()) return nullptr;
   return parts;
 }
 
-std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, const ShotDescription& description, Warnings& warnings) {
+std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, const ShotDescription& description, Warnings& warnings, const CancelPoint& cancel) {
   warnings.insert(warnings.end(), parts->warnings.begin(), parts->warnings.end());
   auto shot = std::make_unique<Scene::Shot>();
   const V3d& centre = parts->centre;
   Box box = box_of(parts->geometry_bounds);
   if (!box.isEmpty()) box = Box(box.min + centre, box.max + centre);
-  shot->edits = compile_edits(description.edits, parts->entities, parts->description.images, {centre, box}, description.max_gates, warnings, description.layers);
+  shot->edits = compile_edits(description.edits, parts->entities, parts->description.images, {centre, box}, description.max_gates, warnings, description.layers, cancel);
   shot->frame = description.frame;
   shot->camera = Camera(description.camera, description.frame, centre);
   shot->pixel_filter = PixelFilter(description.frame);
@@ -110,10 +111,14 @@ std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, co
 
 std::unique_ptr<const Scene> compile(SceneDescription description, Warnings& warnings, const std::function<bool()>& cancelled, int threads) {
   check_description(description);
-  auto parts = compile_parts(std::move(description), cancelled, threads);
-  if (!parts) return nullptr;
-  const ShotDescription& shot = parts->description;
-  return shoot(parts, shot, warnings);
+  try {
+    auto parts = compile_parts(std::move(description), cancelled, threads);
+    if (!parts) return nullptr;
+    const ShotDescription& shot = parts->description;
+    return shoot(parts, shot, warnings, CancelPoint(cancelled));
+  } catch (const Cancelled&) {
+    return nullptr;
+  }
 }
 
 bool can_recompile(const Scene& base, const ShotDescription& shot) {
@@ -121,9 +126,13 @@ bool can_recompile(const Scene& base, const ShotDescription& shot) {
   return choose_centre(parts.world_bounds, quad_bounds(shot.edits, box_of(parts.world_bounds))) == parts.centre;
 }
 
-std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings) {
+std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings, const std::function<bool()>& cancelled) {
   check_shot(shot, parts_of(base).description.images.size());
-  return shoot(base.parts_, shot, warnings);
+  try {
+    return shoot(base.parts_, shot, warnings, CancelPoint(cancelled));
+  } catch (const Cancelled&) {
+    return nullptr;
+  }
 }
 
 }  // namespace sluice

@@ -28,10 +28,13 @@ double growth(const M44d& m) noexcept {
   return most;
 }
 
-Bounds world_bounds(const MeshDescription& mesh, const M44d& matrix) {
+Bounds world_bounds(const MeshDescription& mesh, const M44d& matrix, const CancelPoint& cancel) {
+  cancel();
   Bounds bounds;
-  for (const auto& triangle : mesh.triangles)
-    for (const std::uint32_t index : triangle) bounds.add(V3d(mesh.positions[index]) * matrix);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    cancel.at(i);
+    for (const std::uint32_t index : mesh.triangles[i]) bounds.add(V3d(mesh.positions[index]) * matrix);
+  }
   return bounds;
 }
 
@@ -81,7 +84,8 @@ void set_materials(Scene::Parts& parts, const InstanceDescription& description, 
 // Vertices moved to the scene's space (one extra that Embree may read), bounds, and how far rays must start off the surface. What
 // rounds: the ray's origin (ulp of the hit's coordinates), differences between it and the triangle's corners (ulp of the triangle's
 // size), and for a placed mesh its matrix and the ray in local space.
-void set_geometry(Scene::Parts& parts, Instance& instance) {
+void set_geometry(Scene::Parts& parts, Instance& instance, const CancelPoint& cancel) {
+  cancel();
   const MeshDescription& mesh = parts.mesh(instance);
   if (instance.baked) {
     instance.baked_positions.reserve(mesh.positions.size() + 1);
@@ -90,6 +94,7 @@ void set_geometry(Scene::Parts& parts, Instance& instance) {
   }
   double longest = 0;
   for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
+    cancel.at(triangle);
     Bounds one;
     for (const V3d& p : parts.corners(instance, triangle)) one.add(p);
     const V3d size = one.high - one.low;
@@ -130,7 +135,7 @@ V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept {
   return centre;
 }
 
-void place_instances(Scene::Parts& parts, Warnings& warnings) {
+void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint& cancel) {
   const SceneDescription& description = parts.description;
   Tally singular, grey, huge;
   std::vector<const InstanceDescription*> usable;
@@ -144,7 +149,7 @@ void place_instances(Scene::Parts& parts, Warnings& warnings) {
       singular.add(first_name(instance.names));
       continue;
     }
-    const Bounds bounds = world_bounds(mesh, instance.matrix);
+    const Bounds bounds = world_bounds(mesh, instance.matrix, cancel);
     constexpr double most = 1e15;  // rays further out meet nothing, and squares of distances must fit into floats
     if (!(bounds.diagonal() < most && bounds.middle().length() < most)) {
       huge.add(first_name(instance.names));
@@ -175,7 +180,7 @@ void place_instances(Scene::Parts& parts, Warnings& warnings) {
     instance.to_scene = source->matrix * recentre;
     instance.side = determinant(source->matrix) < 0 ? -1 : 1;
     set_shading(*source, mesh, instance);
-    set_geometry(parts, instance);
+    set_geometry(parts, instance, cancel);
     set_materials(parts, *source, instance);
     const auto [known, is_new] = entity_of.try_emplace(source->names, static_cast<int>(parts.entities.size()));
     if (is_new) parts.entities.push_back({source->names});

@@ -122,7 +122,7 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
   sizeless.report("the lamp has no area: the light is off", warnings);
 }
 
-void add_mesh_lights(Scene::Parts& parts) {
+void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
   for (std::uint32_t i = 0; i < parts.instances.size(); ++i) {
     Instance& instance = parts.instances[i];
     const auto emits = [&](std::uint32_t m) { return parts.materials[m].emits(); };
@@ -132,7 +132,9 @@ void add_mesh_lights(Scene::Parts& parts) {
     light.pmf_per_area.assign(mesh.triangles.size(), 0);
     std::vector<float> weights, areas;
     Bounds bounds;
+    cancel();
     for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
+      cancel.at(triangle);
       const Material& material = parts.materials[parts.binding(instance, triangle).material];
       if (!material.emits()) continue;
       // the average of a texture may be 0 where the mesh reads something else of it

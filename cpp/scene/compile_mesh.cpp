@@ -39,10 +39,12 @@ std::size_t replace_non_finite(std::vector<V>& values) {
   return count;
 }
 
-void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings) {
+void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings, const CancelPoint& cancel) {
+  cancel();
   std::vector<Fault> faults(mesh.triangles.size());
   std::size_t not_finite = 0, no_area = 0;
   for (std::size_t i = 0; i < faults.size(); ++i) {
+    cancel.at(i);
     faults[i] = fault_of(mesh, mesh.triangles[i]);
     not_finite += faults[i] == Fault::NotFinite, no_area += faults[i] == Fault::NoArea;
   }
@@ -66,11 +68,11 @@ void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings)
 
 }  // namespace
 
-void clean_meshes(SceneDescription& description, Warnings& warnings) {
+void clean_meshes(SceneDescription& description, Warnings& warnings, const CancelPoint& cancel) {
   std::set<int> done;
   for (const InstanceDescription& instance : description.instances)
     if (instance.mesh >= 0 && done.insert(instance.mesh).second)
-      clean(description.meshes[static_cast<std::size_t>(instance.mesh)], first_name(instance.names), warnings);
+      clean(description.meshes[static_cast<std::size_t>(instance.mesh)], first_name(instance.names), warnings, cancel);
 }
 
 }  // namespace sluice

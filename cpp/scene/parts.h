@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a compiled scene consists of. Private to this folder: compile*.cpp fill it, scene.cpp, surface.cpp and the lights read it.
 #pragma once
+#include "base/cancel.h"
 #include "edit/gates.h"
 #include "scene/embree.h"
 #include "scene/scene.h"
@@ -73,14 +74,14 @@ struct Scene::Shot {
 
 void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) noexcept;
 
-// compile*.cpp, in the order compile() calls them. Each may add warnings and throw SceneError.
+// compile*.cpp, in the order compile() calls them. Each may add warnings and throw SceneError or Cancelled.
 void check_description(const SceneDescription& description);           // compile_check.cpp
 void check_shot(const ShotDescription& shot, std::size_t images);      // a part of it
-void clean_meshes(SceneDescription& description, Warnings& warnings);  // compile_mesh.cpp: drops unusable triangles
-void place_instances(Scene::Parts& parts, Warnings& warnings);         // compile_instances.cpp
+void clean_meshes(SceneDescription& description, Warnings& warnings, const CancelPoint& cancel);  // compile_mesh.cpp: drops unusable triangles
+void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint& cancel);         // compile_instances.cpp
 [[nodiscard]] V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept;  // world coordinates
 void add_lamps(Scene::Parts& parts, Warnings& warnings);               // compile_lights.cpp
-void add_mesh_lights(Scene::Parts& parts);
+void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel);
 [[nodiscard]] bool add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int threads);  // false: cancelled
 
 // Warnings that list many items would hide the others: names the first, counts the rest.

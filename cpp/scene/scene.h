@@ -80,7 +80,7 @@ class Scene {
   std::shared_ptr<const Parts> parts_;
   std::unique_ptr<const Shot> shot_;
   friend const Parts& parts_of(const Scene& scene) noexcept;
-  friend std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings);
+  friend std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings, const std::function<bool()>& cancelled);
 };
 
 // Checks everything in the description, then builds. What is merely wrong (degenerate triangles, singular matrices, missing materials,
@@ -92,6 +92,7 @@ class Scene {
 // Another shot of a scene that is compiled: bit by bit what compile() makes of the same things with this shot, in a fraction of the time.
 // Textures of exits are numbers of the base's images. Only where can_recompile(): far away quads may need another origin.
 [[nodiscard]] bool can_recompile(const Scene& base, const ShotDescription& shot);
-[[nodiscard]] std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings);
+[[nodiscard]] std::unique_ptr<const Scene> recompile(const Scene& base, const ShotDescription& shot, Warnings& warnings,
+                                                     const std::function<bool()>& cancelled = {});
 
 }  // namespace sluice

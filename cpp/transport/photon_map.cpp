@@ -5,10 +5,12 @@
 
 namespace sluice {
 
-void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool) {
+void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel) {
   const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; };
   std::vector<std::size_t> offset(chunks.size() + 1, 0);
-  pool.parallel_for(chunks.size(), [&](std::size_t c, int) { offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken)); });
+  pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
+    if (!cancel) offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken));
+  });
   for (std::size_t c = 0; c < chunks.size(); ++c) offset[c + 1] += offset[c];
 
   const std::size_t count = offset.back();
@@ -17,6 +19,7 @@ void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arri
   inverse_cell_ = 1 / cell;
   keys_.resize(count);
   pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
+    if (cancel) return;
     std::size_t i = offset[c];
     for (const Photon& photon : chunks[c])
       if (taken(photon)) keys_[i++] = bucket(cell_of(photon.position.x), cell_of(photon.position.y), cell_of(photon.position.z));
@@ -26,16 +29,20 @@ void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arri
   start_.assign(buckets + 1, 0);
   for (const std::uint32_t key : keys_) ++start_[key + 1];
   for (std::uint32_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
+  photons_.clear();
+  if (cancel) return;
   photons_.resize(count);
   x_.resize(count + 8), y_.resize(count + 8), z_.resize(count + 8);
   std::size_t i = 0;
-  for (const auto& chunk : chunks)
+  for (const auto& chunk : chunks) {
+    if (cancel) return photons_.clear();
     for (const Photon& photon : chunk)
       if (taken(photon)) {
         const std::uint32_t to = start_[keys_[i++]]++;
         photons_[to] = photon;
         x_[to] = photon.position.x, y_[to] = photon.position.y, z_[to] = photon.position.z;
       }
+  }
   for (std::uint32_t b = buckets; b > 0; --b) start_[b] = start_[b - 1];  // undo the running ends
   start_[0] = 0;
 }

@@ -3,6 +3,7 @@
 // lists of indices). Knows no BSDF: a query hands each photon found to its caller. Built anew each pass, memory kept.
 #pragma once
 #include <array>
+#include <atomic>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,8 @@ class PhotonMap {
  public:
   // Sorts the photons of `chunks` by cell. The order inside a cell is that of the chunks, so the result does not depend on threads.
   // Only photons with arrival in `arrivals` (bit set) are taken. `cell` > 0 is the cells' edge (m).
-  void build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool);
+  // Cancelled midway it is left empty.
+  void build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel);
 
   [[nodiscard]] std::size_t size() const noexcept { return photons_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept;

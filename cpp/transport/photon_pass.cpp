@@ -38,18 +38,18 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   if (cancel) return false;
   for (const Counts& t : chunk_counts_) counts += t;
 
-  number_states(photons, pool);
+  number_states(photons, pool, cancel);
   const float shrink = radius_scale(context.pass);
-  photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool);
-  photons.close.build(chunks_, context.effects.close_arrivals, 2 * context.guide.caustic_radius * shrink, pool);
+  photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
+  photons.close.build(chunks_, context.effects.close_arrivals, 2 * context.guide.caustic_radius * shrink, pool, cancel);
   return !cancel;
 }
 
 // Each thread has numbered states as it met them; here they get numbers by content.
-void PhotonPass::number_states(PhotonSet& photons, ThreadPool& pool) {
+void PhotonPass::number_states(PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel) {
   std::vector<std::vector<std::uint8_t>> used(tracers_.size());
   for (std::size_t t = 0; t < tracers_.size(); ++t) used[t].assign(tracers_[t].states().size(), 0);
-  for (std::size_t c = 0; c < chunks_.size(); ++c)
+  for (std::size_t c = 0; c < chunks_.size() && !cancel; ++c)
     for (const Photon& photon : chunks_[c]) used[static_cast<std::size_t>(chunk_thread_[c])][photon.q()] = 1;
 
   photons.states.clear();
@@ -73,6 +73,7 @@ void PhotonPass::number_states(PhotonSet& photons, ThreadPool& pool) {
     }
   }
   pool.parallel_for(chunks_.size(), [&](std::size_t c, int) {
+    if (cancel) return;
     const auto& numbers = number[static_cast<std::size_t>(chunk_thread_[c])];
     for (Photon& photon : chunks_[c]) photon.set_q(numbers[photon.q()]);
   });

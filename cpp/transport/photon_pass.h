@@ -18,7 +18,7 @@ class PhotonPass {
   [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts);
 
  private:
-  void number_states(PhotonSet& photons, ThreadPool& pool);
+  void number_states(PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel);
 
   std::vector<LightTracer> tracers_;  // per thread
   std::vector<std::vector<Photon>> chunks_;

@@ -17,6 +17,7 @@ constexpr float own_share = 0.25f;     // least share of a light's own distribut
 constexpr float close_share = 0.25f;   // of the photons of a light go towards what sends them on to caustics and edits
 constexpr float seen_share = 0.5f;     // towards what the camera sees: by directions, or from infinity towards a sphere around it
 constexpr std::size_t most_targets = 64;
+constexpr int paths_per_entry = 256;  // that find out whether it takes light that is aimed at it
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
@@ -109,14 +110,23 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
 struct Yield {
   std::vector<double> close;       // per target: useful light that arrived by mirrors, glass or exits
   std::vector<double> aims;        // per cell of AimTable: useful light that started there
+  std::vector<std::pair<int, double>> starts;  // the same photon by photon, while they are few
   double seen = 0, all = 0;        // luminous flux where the camera looks, and anywhere
 
-  void operator+=(const Yield& o) {
+  void operator+=(Yield& o) {
     const auto add = [](std::vector<double>& to, const std::vector<double>& from) {
       to.resize(std::max(to.size(), from.size()));
       for (std::size_t i = 0; i < from.size(); ++i) to[i] += from[i];
     };
-    add(close, o.close), add(aims, o.aims);
+    add(close, o.close);
+    std::ranges::stable_sort(o.starts, {}, &std::pair<int, double>::first);
+    if (!o.starts.empty()) aims.resize(AimTable::cells);
+    for (std::size_t i = 0; i < o.starts.size();) {
+      const int cell = o.starts[i].first;
+      double sum = 0;
+      for (; i < o.starts.size() && o.starts[i].first == cell; ++i) sum += o.starts[i].second;
+      aims[static_cast<std::size_t>(cell)] += sum;
+    }
     seen += o.seen, all += o.all;
   }
 };
@@ -155,35 +165,52 @@ class Pilot {
   }
 
  private:
-  // Entries become targets only if light that an entry takes was really met: else the guide, and so the image, is that of no edit.
+  // Entries become targets only if light that an entry takes was really met: else the guide, and so the image, is that of no edit. Each is
+  // tried by itself, whatever others there are: an edit that takes nothing must not cost another one its target.
   void find_entries(Guide& guide) {
     const Edits& edits = scene_.edits();
-    const auto lights = static_cast<int>(scene_.lights().size());
-    if (!effects_.light_edits || lights == 0) return;
-    const int paths = std::max(16, settings_.pilot_paths / (edits.size() * lights));
-    for (int e = 0; e < edits.size() && guide.targets.size() + 1 < most_targets && !cancel_; ++e) {
-      if (!contains(edits.takers(Side::Light), e) || (edits[e].exits.empty() && !edits[e].is_partial)) continue;
-      Guide aim;
-      aim.targets = {sphere_around(edits[e].entry)};
-      const float towards[] = {0, 1, 0};
-      aim.strategies.assign(static_cast<std::size_t>(lights), Distribution(towards));
-      aim.aims.resize(static_cast<std::size_t>(lights));
-      LightTracer& tracer = tracers_[0];
-      tracer.counts = {};
-      tracer.counts.edits.resize(static_cast<std::size_t>(edits.size()));
-      for (int light = 0; light < lights && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++light) {
-        std::vector<float> only(static_cast<std::size_t>(lights), 0.0f);
-        only[static_cast<std::size_t>(light)] = 1;
-        aim.lights = Distribution(only);
-        std::vector<Photon> photons;
-        for (int path = 0; path < paths && !cancel_ && tracer.counts.edits[static_cast<std::size_t>(e)].moved == 0; ++path) {
-          const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 1, static_cast<std::uint64_t>(light)), static_cast<std::uint32_t>(path));
-          photons.clear();
-          if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
-        }
-      }
-      if (tracer.counts.edits[static_cast<std::size_t>(e)].moved > 0) guide.targets.push_back(aim.targets[0]);
+    if (!effects_.light_edits || scene_.lights().empty()) return;
+    std::vector<int> left;
+    for (int e = 0; e < edits.size(); ++e)
+      if (contains(edits.takers(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial)) left.push_back(e);
+    const Guide aim = aim_anywhere();
+    std::vector<char> moves(most_targets);
+    for (std::size_t begin = 0; begin < left.size() && guide.targets.size() + 1 < most_targets && !cancel_; begin += most_targets) {
+      const auto some = std::span(left).subspan(begin, std::min(most_targets, left.size() - begin));
+      pool_.parallel_for(some.size(), [&](std::size_t i, int thread) { moves[i] = moves_light(aim, some[i], tracers_[static_cast<std::size_t>(thread)]); });
+      for (std::size_t i = 0; i < some.size() && guide.targets.size() + 1 < most_targets; ++i)
+        if (moves[i]) guide.targets.push_back(sphere_around(edits[some[i]].entry));
     }
+  }
+
+  // Towards one target, half of it from lights by power, half from all alike: an edit may name a dim one.
+  [[nodiscard]] Guide aim_anywhere() const {
+    double power = 0;
+    for (const Light& light : scene_.lights()) power += light.power;
+    std::vector<float> share;
+    for (const Light& light : scene_.lights())
+      share.push_back(static_cast<float>((power > 0 ? light.power / power : 0) + 1 / static_cast<double>(scene_.lights().size())));
+    const float towards[] = {0, 1, 0};
+    Guide aim;
+    aim.targets.resize(1);
+    aim.lights = Distribution(share);
+    aim.strategies.assign(share.size(), Distribution(towards));
+    aim.aims.resize(share.size());
+    return aim;
+  }
+
+  [[nodiscard]] bool moves_light(Guide aim, int edit, LightTracer& tracer) const {
+    aim.targets[0] = sphere_around(scene_.edits()[edit].entry);
+    tracer.counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
+    const std::uint64_t before = tracer.counts.edits[static_cast<std::size_t>(edit)].moved;
+    std::vector<Photon> photons;
+    for (int path = 0; path < paths_per_entry && !cancel_; ++path) {
+      const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 1), static_cast<std::uint32_t>(path));
+      photons.clear();
+      if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
+      if (tracer.counts.edits[static_cast<std::size_t>(edit)].moved > before) return true;
+    }
+    return false;
   }
 
   // Traces the pilot's photons and turns what they brought into the shares of lights and targets.
@@ -214,7 +241,7 @@ class Pilot {
   // The radii at y, from the density of the pilot's photons where the camera looks.
   void size_gathers(Guide& guide, const VisibleCells& seen, double mean_length) {
     PhotonMap map;
-    map.build(photons_, (1u << arrival_count) - 1, 2 * guide.radius, pool_);
+    map.build(photons_, (1u << arrival_count) - 1, 2 * guide.radius, pool_, cancel_);
     const std::size_t step = std::max<std::size_t>(1, seen.points().size() / 1024);
     double found = 0, asked = 0;
     for (std::size_t i = 0; i < seen.points().size(); i += step, ++asked) map.query(V3f(seen.points()[i]), guide.radius, [&](const Photon&) { ++found; });
@@ -245,7 +272,7 @@ class Pilot {
     });
     std::vector<Yield> yields(lights);
     for (auto& yield : yields) yield.close.resize(guide.targets.size());
-    for (const auto& of_chunk : chunk_yield)
+    for (auto& of_chunk : chunk_yield)
       for (std::size_t l = 0; l < lights; ++l) yields[l] += of_chunk[l];
     for (const Yield& yield : yields) total_ += yield.all;
     return yields;
@@ -264,9 +291,8 @@ class Pilot {
     const Light& light = scene_.lights()[static_cast<std::size_t>(start.light)];
     const bool infinite = is_infinite(light);
     if (!std::holds_alternative<World>(light.kind)) {  // the world shines along every axis: places tell nothing
-      yield.aims.resize(AimTable::cells);
       const V2f uv = infinite ? SunPlane(whole_scene(scene_), sun_axis(scene_, start.light)).uv(start.origin, start.direction) : uv_of_direction(start.direction);
-      yield.aims[static_cast<std::size_t>(AimTable::cell(uv))] += seen_flux;
+      yield.starts.emplace_back(AimTable::cell(uv), seen_flux);
     }
     if (close == 0) return;
     yield.close.resize(guide.targets.size());

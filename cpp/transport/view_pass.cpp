@@ -28,6 +28,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
     const Film::Box box = film.box(static_cast<int>(t));
     for (int y = box.y0 + frame.y0; y < box.y1 + frame.y0; ++y)
       for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
+        if (cancel.load(std::memory_order_relaxed)) return;
         const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
         const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
         samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));

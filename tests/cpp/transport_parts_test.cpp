@@ -13,6 +13,8 @@
 namespace sluice {
 namespace {
 
+const std::atomic<bool> never = false;  // cancelled
+
 TEST(Photon, DirectionsComeBackWithinFiveThousandthsOfADegree) {
   test::Random random(1);
   float worst = 0;
@@ -70,7 +72,7 @@ TEST(PhotonMap, FindsWhatBruteForceFinds) {
     test::Random random(3);
     const auto chunks = random_photons(random, 5, 400, V3d(spread * 3, 0, -spread), spread);
     PhotonMap map;
-    map.build(chunks, 0b0101, cell, pool);
+    map.build(chunks, 0b0101, cell, pool, never);
     for (int query = 0; query < 500; ++query) {
       const V3f p = chunks[0][static_cast<std::size_t>(query % 400)].position + V3f(random.direction() * radius * random.unit());
       std::multiset<std::uint32_t> found, expected;
@@ -92,7 +94,7 @@ TEST(PhotonMap, OrderDoesNotDependOnThreads) {
   for (const int threads : {1, 2, 5}) {
     ThreadPool pool(threads);
     PhotonMap map;
-    map.build(chunks, 0b1111, 0.2f, pool);
+    map.build(chunks, 0b1111, 0.2f, pool, never);
     orders.emplace_back();
     map.query(V3f(0), 0.7f, [&](const Photon& photon) { orders.back().push_back(photon.q()); });
   }

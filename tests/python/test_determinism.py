@@ -186,7 +186,7 @@ def test_an_error_in_a_shot_is_the_session_s(compiled):
     session = sluice_core.Session()
     assert session.start_from(compiled, shot, SETTINGS) and session.wait(60)
     error = session.progress()["error"]
-    assert error["item"] == "Caustic" and error["column"] == 5
+    assert error["item"] == "Caustic" and error["column"] == 4
     texture = {key: room().description[key] for key in SHOT[:3]}
     texture["edits"][0]["exits"][0]["intensity_texture"] = 5
     session = sluice_core.Session()
