@@ -12,7 +12,8 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 # blend_scenes/cornell.blend without edits at 240 × 135, by Sluice itself (./run bench --make-reference): it shows noise and the speed of
-# convergence, not a bias of its own
+# convergence, not a bias of its own. 2,048 passes of 65,536 photons; its noise is 1.3 % by the render's own estimate, a relMSE of about
+# 5e-5 (1/128 of what 16 passes have): errors near that are the reference's
 CORNELL = HERE / "cornell.npy"
 LAMPS = {"large": (0.25, 15.0), "small": (0.02, 2343.75)}  # half edge (m) and radiance: the same power
 
