@@ -92,7 +92,6 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
 void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noexcept {
-  const Edit& edit = scene_.edits()[crossing.edit];
   EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   const double energy = luminance(path.flux);
   ++count.matched;
@@ -102,21 +101,9 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
     counts.ledger.capped += energy;
     return;
   }
-  const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
-  const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
   const double before = count.energy_out;
-  if (branch_count_ + copies <= split_budget) {
-    for (int exit = 0; exit < exits; ++exit) push_copy(path, crossing, exit, taken);
-    if (taken < 1) push_copy(path, crossing, straight_on, 1 - taken);
-  } else {
-    ++counts.split_capped;
-    const int chosen = pick_one(random(), copies);
-    const auto weight = static_cast<float>(copies);
-    if (chosen < exits)
-      push_copy(path, crossing, chosen, taken * weight);
-    else
-      push_copy(path, crossing, straight_on, (1 - taken) * weight);
-  }
+  const auto push = [&](int exit, float weight) { push_copy(path, crossing, exit, weight); };
+  if (!send_on(scene_.edits(), crossing, branch_count_, [this] { return random(); }, push)) ++counts.split_capped;
   const double gained = count.energy_out - before - energy;
   (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }

@@ -116,24 +116,14 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
 
 // A view edit takes the path: every exit shows its place (paper §4.3), so copies add.
 void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) {
-  const Edit& edit = scene_.edits()[crossing.edit];
   EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   ++count.matched;
   if (path.gates >= scene_.edits().max_gates()) {
     ++count.capped, ++counts.gates_capped;
     return;
   }
-  const float taken = edit.is_partial ? scene_.edits().weight(crossing.edit, crossing.uv) : 1;
-  const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
-  if (branch_count_ + copies <= split_budget) {
-    for (int exit = 0; exit < exits; ++exit) push_view_copy(path, crossing, exit, taken);
-    if (taken < 1) push_view_copy(path, crossing, straight_on, 1 - taken);
-  } else {
-    ++counts.split_capped;
-    const int chosen = pick_one(random(), copies);
-    const float each = static_cast<float>(copies) * (chosen < exits ? taken : 1 - taken);
-    push_view_copy(path, crossing, chosen < exits ? chosen : straight_on, each);
-  }
+  const auto push = [&](int exit, float weight) { push_view_copy(path, crossing, exit, weight); };
+  if (!send_on(scene_.edits(), crossing, branch_count_, [this] { return random(); }, push)) ++counts.split_capped;
 }
 
 void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight) {
