@@ -127,6 +127,7 @@ def drag_rows(task, scene):
         lens[0][2] += 0.01
 
     def copy():
+        thing.location.x += 0.001
         window.update(thing)
 
     window.update()

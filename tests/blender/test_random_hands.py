@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random hands: seeded sequences of operators, properties, deletions and renamings. Whatever they do, nothing raises, and the scene can
-still be copied, listed and drawn."""
+"""Random hands: seeded sequences of operators, properties, deletions and renamings, in rendered mode. Whatever they do, nothing raises, the
+view comes to rest with a picture or a sentence, and the scene can still be copied, listed and drawn."""
 import os
 import random
+import time
 
 import bpy
 import pytest
+from windowless import Window
 
 EXPRESSIONS = ("L", "LS+", "LS'Egg'+", "L.*D'Wall,Egg'", "S+E", "L(", "", "'", "L'it\\'s'", "é", "L" * 1024, "L{9}{9}", "F'Light Edit'")
 SEQUENCES = 200 if os.environ.get("SLUICE_FULL") else 40
@@ -76,10 +78,34 @@ class Hands:
         bpy.context.view_layer.update()
 
 
+@pytest.fixture
+def window(camera, monkeypatch):
+    """A small view that renders with the real core."""
+    from sluice import viewport
+    bpy.context.scene.sluice.passes, bpy.context.scene.sluice.photons = 1, 1000
+    found = Window(48, 32, camera, monkeypatch.setattr)
+    yield found
+    viewport.free(found.view)
+
+
+def look(window, follow=False):
+    """What Blender does after a change; to the end if it is to be followed. True: there is a picture of what is now."""
+    from sluice import viewport
+    window.update(bpy.context.scene, *bpy.context.scene.objects)
+    window.draw()
+    begin = time.monotonic()
+    while follow and window.view.session is not None and not viewport._at_rest(window.view):
+        assert time.monotonic() - begin < 60, "the render is stuck"
+        window.view.session.wait(5)
+        window.draw()
+    assert not any("internal error" in said for said in window.engine.said)
+    return window.view.session is not None
+
+
 @pytest.mark.parametrize("start", range(0, SEQUENCES, 10))
-def test_random_hands(start, new_object, cube_mesh, export_now):
+def test_random_hands(start, new_object, cube_mesh, export_now, window):
     from sluice import edit_list, edit_panels, names, operators, overlay, statistics
-    met = 0
+    met, seen = 0, 0
     for seed in range(start, start + 10):
         for name in ("Egg", "Wall"):
             new_object(name, cube_mesh())
@@ -88,6 +114,8 @@ def test_random_hands(start, new_object, cube_mesh, export_now):
             bpy.ops.sluice.add_edit(expression="L.*D'Wall,Egg'", action=hands.dice.choice(['MOVE', 'COPY', 'DIM']))
             for _more in range(8):
                 hands.move()
+            look(window)
+        seen += look(window, follow=True)
         description, _warnings = export_now()
         scene = bpy.context.scene
         met += len(description["edits"])
@@ -102,4 +130,4 @@ def test_random_hands(start, new_object, cube_mesh, export_now):
         for item in list(bpy.data.objects):
             bpy.data.objects.remove(item)
         bpy.context.view_layer.update()
-    assert met > 20
+    assert met > 20 and seen > 0
