@@ -111,7 +111,7 @@ def _draw_figures(layout, region, found):
     row = layout.row()
     column = row.column()
     for text, icon in statistics.lines(found):
-        sentence(column, region, text, icon)
+        sentence(column, region, text, icon, beside=4)
     if found is not None and found.moved:
         row.operator("sluice.explain_figures", text="", icon='QUESTION', emboss=False)
 

@@ -34,10 +34,10 @@ def is_narrow(region):
     return region.width < 330 * bpy.context.preferences.system.ui_scale
 
 
-def sentence(layout, region, text, icon):
-    """A sentence in as many lines as the region's width asks for."""
+def sentence(layout, region, text, icon, beside=0):
+    """A sentence in as many lines as the region's width asks for, less what stands beside it (letters)."""
     scale = bpy.context.preferences.system.ui_scale
-    width = max(14, int(region.width / (7.2 * scale)) - 8)
+    width = max(14, int(region.width / (6.4 * scale)) - 8 - beside)
     box = layout.column(align=True)
     box.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(_UNIT.sub("\u00a0", text), width)):
