@@ -3,6 +3,7 @@
 // dimension pair), so passes may run in any order, on any thread, in any process. Hash-based scrambling: Burley 2020, JCGT 9(4),
 // with the improved Laine-Karras hash of Vegdahl.
 #pragma once
+#include <bit>
 #include <cstdint>
 
 #include "base/math.h"
@@ -40,16 +41,22 @@ namespace detail {
 }
 [[nodiscard]] constexpr std::uint32_t owen(std::uint32_t x, std::uint32_t seed) noexcept { return reverse_bits(laine_karras(reverse_bits(x), seed)); }
 
-// Second Sobol' dimension, bit-reversed: column i of its generator matrix is row i of Pascal's triangle mod 2, so the product is
-// five shift-and-xor steps.
-[[nodiscard]] constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
+// Second dimension of the base-4 sequence of Faure and Niederreiter, digit-reversed: digit r is the sum over digits j >= r of the index
+// of binomial(j, r) times it, in GF(4), where binomials are 0 or 1 and sums are exclusive or.
+[[nodiscard]] constexpr std::uint32_t pascal_reversed(std::uint32_t index) noexcept {
   std::uint32_t x = index;
-  x ^= (x & 0xaaaaaaaau) >> 1;
   x ^= (x & 0xccccccccu) >> 2;
   x ^= (x & 0xf0f0f0f0u) >> 4;
   x ^= (x & 0xff00ff00u) >> 8;
   x ^= (x & 0xffff0000u) >> 16;
   return x;
+}
+
+// First digit of the sequence's third dimension, but for the index's own first digit: the sum of w^j times digit j >= 1, where w, one of
+// GF(4)'s two other numbers, multiplies (b1 b0) to (b0 + b1, b1). `higher`: the index without its first digit.
+[[nodiscard]] constexpr std::uint32_t third_dimension(std::uint32_t higher) noexcept {
+  const auto parity = [](std::uint32_t x) { return static_cast<std::uint32_t>(std::popcount(x)) & 1u; };
+  return parity(higher & 0x9e79e79eu) | (parity(higher & 0xe79e79e7u) << 1);
 }
 
 }  // namespace detail
@@ -59,20 +66,32 @@ class Sampler {
  public:
   Sampler() = default;
   Sampler(std::uint64_t key, std::uint32_t index) noexcept : key_(key), index_(index) {}
+  // Point `index` of one of four streams that a sequence is dealt to, by the first digit of its third dimension: the first 4^m points
+  // of each are a net, and those of all four together are one.
+  Sampler(std::uint64_t key, std::uint32_t index, std::uint32_t stream) noexcept : key_(key), index_(index), stream_(stream) {}
 
   // The dimension pair `pair` of this point, in [0, 1)².
   [[nodiscard]] V2f pair(std::uint32_t pair) const noexcept {
     const std::uint64_t h = mix(key_ ^ (0x9e3779b97f4a7c15ull * (pair + 1)));
     const std::uint64_t g = mix(h);
-    const auto index = detail::owen(index_, static_cast<std::uint32_t>(h));
+    auto index = stream_ < 4 ? dealt(h) : detail::owen(index_, static_cast<std::uint32_t>(h));
     const auto x = detail::reverse_bits(detail::laine_karras(index, static_cast<std::uint32_t>(h >> 32)));
-    const auto y = detail::reverse_bits(detail::laine_karras(detail::sobol1_reversed(index), static_cast<std::uint32_t>(g)));
+    const auto y = detail::reverse_bits(detail::laine_karras(detail::pascal_reversed(index), static_cast<std::uint32_t>(g)));
     return {to_unit(x), to_unit(y)};
   }
 
  private:
+  // The stream's point, as an index into the sequence that all streams share.
+  [[nodiscard]] std::uint32_t dealt(std::uint64_t h) const noexcept {
+    std::uint32_t higher = detail::owen(index_, static_cast<std::uint32_t>(h));
+    const auto own = static_cast<std::uint32_t>(mix(h + (stream_ + 1) * 0x9e3779b97f4a7c15ull + (higher >> 2)) >> 32);
+    const auto power = static_cast<std::uint32_t>(((own >> 2) * 3ull) >> 30);
+    higher = (higher & ~3u) | (((0x9c78e4u >> (8 * power + 2 * (higher & 3u))) ^ own) & 3u);
+    return (higher << 2) | (stream_ ^ (static_cast<std::uint32_t>(h >> 30) & 3u) ^ detail::third_dimension(higher));
+  }
+
   std::uint64_t key_ = 0;
-  std::uint32_t index_ = 0;
+  std::uint32_t index_ = 0, stream_ = 4;
 };
 
 }  // namespace sluice

@@ -14,8 +14,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
   tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
   const FrameDescription& frame = context.scene.frame();
-  // Sobol' points are dealt to 4 streams; inside one, the index counts (indices = stream mod 4 of one sequence would not converge).
-  const int stream = context.pass % stream_count, index = context.pass / stream_count;
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
 
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
     if (cancel.load(std::memory_order_relaxed)) return;
@@ -30,7 +29,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
       for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
         if (cancel.load(std::memory_order_relaxed)) return;
         const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
-        const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel, static_cast<std::uint64_t>(stream)), static_cast<std::uint32_t>(index));
+        const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel), index, stream);
         samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
         if (context.effects.layers) layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
       }
