@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/sampling.h"
+#include "transport/cells.h"
 
 namespace sluice {
 
@@ -78,6 +79,7 @@ struct Guide {
   // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its aims.
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
+  Cells disks;                              // radius at v in the first pass that finds a few caustic and edited photons (m)
   float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells
 
   [[nodiscard]] std::uint64_t hash() const noexcept;

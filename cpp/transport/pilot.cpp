@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <unordered_set>
 
 #include "transport/density.h"
 #include "transport/light_path.h"
@@ -26,14 +25,15 @@ constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
 class VisibleCells {
  public:
-  explicit VisibleCells(double extent) : inverse_cell_(static_cast<float>(1 / (0.04 * extent))) {}
+  explicit VisibleCells(double extent) : cells_(0.04 * extent) {}
   void add(const V3d& p) {
-    cells_.insert(key(p));
+    cells_.at(p);
     points_.push_back(p);
   }
-  [[nodiscard]] bool contains(const V3f& p) const { return cells_.contains(key(V3d(p))); }
+  [[nodiscard]] bool contains(const V3f& p) const { return cells_.find(V3d(p)); }
   [[nodiscard]] bool empty() const noexcept { return points_.empty(); }
   [[nodiscard]] const std::vector<V3d>& points() const noexcept { return points_; }
+  [[nodiscard]] const Cells& cells() const noexcept { return cells_; }
 
   // A sphere around all but the outermost 2 % of the points.
   [[nodiscard]] Target sphere() const {
@@ -51,12 +51,7 @@ class VisibleCells {
   }
 
  private:
-  [[nodiscard]] std::uint64_t key(const V3d& p) const noexcept {
-    const auto cell = [this](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * inverse_cell_)) & 0x1fffff); };
-    return cell(p.x) | (cell(p.y) << 21) | (cell(p.z) << 42);
-  }
-  float inverse_cell_;
-  std::unordered_set<std::uint64_t> cells_;
+  Cells cells_;
   std::vector<V3d> points_;
 };
 
@@ -161,6 +156,7 @@ class Pilot {
     if (guide.lights.empty()) return guide;
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
+    if (!cancel_) size_disks(guide, seen);
     return guide;
   }
 
@@ -251,6 +247,24 @@ class Pilot {
     guide.radius = gather_radius(guide, mean_length, 1 / pi);
   }
 
+  // How wide a disk at v must be to hold a few of the photons that come by mirrors, glass and exits. Next to a cell with many of them
+  // it is as narrow as there, so that edges stay sharp.
+  void size_disks(Guide& guide, const VisibleCells& seen) {
+    Cells found = seen.cells();
+    for (const auto& chunk : photons_)
+      for (const Photon& photon : chunk)
+        if (const V3d p(photon.position); is_close(photon) && seen.contains(photon.position)) ++found.at(p);
+    const Cells here = found;
+    const double edge = here.edge(), per_pass = static_cast<double>(settings_.photons) / settings_.pilot_paths;
+    found.change_all([&](const V3d& p, float) {
+      double most = 0;
+      for (int n = 0; n < 27; ++n)
+        if (const float* count = here.find(p + V3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1) * edge)) most = std::max<double>(most, *count);
+      return static_cast<float>(edge * std::sqrt(fewest_photons / (pi * std::max(most * per_pass, 1e-3))));
+    });
+    guide.disks = std::move(found);
+  }
+
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
     const int paths = settings_.pilot_paths;
     const std::size_t chunks = static_cast<std::size_t>((paths + paths_per_chunk - 1) / paths_per_chunk), lights = scene_.lights().size();
@@ -277,6 +291,8 @@ class Pilot {
     for (const Yield& yield : yields) total_ += yield.all;
     return yields;
   }
+
+  [[nodiscard]] static bool is_close(const Photon& photon) noexcept { return photon.arrival == Arrival::Caustic || photon.arrival == Arrival::Edited; }
 
   void account(const Guide& guide, const VisibleCells& seen, const EmittedPhoton& start, const std::vector<Photon>& photons, Yield& yield) const {
     double close = 0, seen_flux = 0;

@@ -124,7 +124,7 @@ void ViewTracer::for_each_lobe(int joins, const Vertex& vertex, ImageSet images,
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const float radius = close_radius(path);
+  const float radius = close_radius(path, v.hit.position);
   const int room = settings_.max_depth - path.depth - 1;
   for_each_lobe(path.joins, v, all_images, [&](EventMask mask, int joins, ImageSet asked) {
     ++counts.gathers;

@@ -10,6 +10,7 @@ namespace sluice {
 namespace {
 
 constexpr float far_away = 1e10f;  // Blender's depth of nothing
+constexpr float most_widening = 2.5f;  // of the disk at v where photons are few
 
 }  // namespace
 
@@ -183,11 +184,14 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   ++path.depth;
 }
 
-// Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
-float ViewTracer::close_radius(const ViewPath& path) const noexcept {
+// Some footprints of a pixel; more where the pilot found so few photons that noise would hide every feature of that size. Rounding of
+// positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcept {
   const auto extent = static_cast<float>(scene_.extent());
   const double footprint = path.width + path.spread * path.length;
-  return std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent) * radius_scale_;
+  const float radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent);
+  const float* needed = guide_->disks.find(v);
+  return (needed ? std::clamp(*needed, radius, most_widening * radius) : radius) * radius_scale_;
 }
 
 }  // namespace sluice

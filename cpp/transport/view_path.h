@@ -147,7 +147,7 @@ class ViewTracer {
   }
   template <class Estimate>
   void for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate);
-  [[nodiscard]] float close_radius(const ViewPath& path) const noexcept;
+  [[nodiscard]] float close_radius(const ViewPath& path, const V3d& v) const noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
   [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 8 * static_cast<std::uint32_t>(path.depth) + which); }
