@@ -10,6 +10,7 @@
 #include "edit/gates.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
+#include "transport/sample_pilot.h"
 #include "transport/view_pass.h"
 
 namespace sluice {
@@ -131,7 +132,8 @@ void Session::render_scene(const Scene& scene) {
   const TransportSettings& transport = settings_.transport;
   const Effects effects = find_effects(scene, transport);
   start_rendering(scene, effects);
-  const Guide guide = make_guide(scene, transport, effects, pool, cancel_);
+  Guide guide = make_guide(scene, transport, effects, pool, cancel_);
+  if (transport.adaptive) guide.samples = place_samples({scene, transport, effects, guide, 0}, pool, cancel_);
   {
     const std::lock_guard lock(lock_);
     statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_);

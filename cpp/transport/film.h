@@ -30,6 +30,14 @@ struct PixelSample {
 
   PixelSample() noexcept { parts.fill(Color(0)); }  // Imath's vectors start undefined
   [[nodiscard]] Color combined() const noexcept { return parts[0] + parts[1] + parts[2] + parts[3] + parts[4]; }
+  void operator+=(const PixelSample& o) noexcept {
+    for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
+    alpha += o.alpha, depth += o.depth, normal += o.normal, albedo += o.albedo;
+  }
+  void operator*=(float factor) noexcept {
+    for (Color& part : parts) part *= factor;
+    alpha *= factor, depth *= factor, normal *= factor, albedo *= factor;
+  }
 };
 
 class Film {

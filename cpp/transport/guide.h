@@ -7,6 +7,7 @@
 
 #include "base/sampling.h"
 #include "transport/cells.h"
+#include "transport/sample_map.h"
 
 namespace sluice {
 
@@ -81,6 +82,7 @@ struct Guide {
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
   Cells disks;                              // radius at v in the first pass that finds a few caustic and edited photons (m)
   float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells
+  SampleMap samples;                        // of each pixel in a pass
 
   [[nodiscard]] std::uint64_t hash() const noexcept;
 };

@@ -2,6 +2,36 @@
 #include "transport/view_pass.h"
 
 namespace sluice {
+namespace {
+
+// The mean of a pass's samples of pixel (x, y); that of the layers is added to `layers`.
+PixelSample sample_pixel(const PassContext& context, ViewTracer& tracer, int x, int y, std::vector<Color>& layers) {
+  const FrameDescription& frame = context.scene.frame();
+  const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
+  const std::uint64_t key = key_of(context.settings.seed, Purpose::View, pixel);
+  const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass));
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  const std::uint32_t count = context.guide.samples.at(x, y);
+  const std::size_t layers_at = layers.size();
+  PixelSample mean;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const PixelSample sample = tracer.trace(x, y, Sampler(key, index * count + i, stream), i == 0 ? choices : mix(choices, i));
+    if (i == 0) {
+      mean = sample;
+      if (context.effects.layers) layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
+      continue;
+    }
+    mean += sample;
+    for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] += tracer.layers()[l - layers_at];
+  }
+  if (count == 1) return mean;
+  const float share = 1 / static_cast<float>(count);
+  mean *= share;
+  for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] *= share;
+  return mean;
+}
+
+}  // namespace
 
 ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
     : samples_(static_cast<std::size_t>(threads)), layers_(samples_.size()) {
@@ -14,8 +44,6 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
   tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
   const FrameDescription& frame = context.scene.frame();
-  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
-
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
     if (cancel.load(std::memory_order_relaxed)) return;
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
@@ -28,10 +56,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
     for (int y = box.y0 + frame.y0; y < box.y1 + frame.y0; ++y)
       for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
         if (cancel.load(std::memory_order_relaxed)) return;
-        const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
-        const Sampler sampler(key_of(context.settings.seed, Purpose::View, pixel), index, stream);
-        samples.push_back(tracer.trace(x, y, sampler, key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass))));
-        if (context.effects.layers) layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
+        samples.push_back(sample_pixel(context, tracer, x, y, layers));
       }
     tile_counts_[t] = tracer.counts;
     const std::lock_guard lock(film_lock);

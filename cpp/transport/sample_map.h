@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where view samples go: how many of a pass each block of pixels takes, as a pilot pass found noise there. Fixed before the first pass
+// like the rest of the guide and made of samples of its own, so the picture's mean stays what it is (no sample decides about itself).
+#pragma once
+#include <numeric>
+#include <vector>
+
+#include "base/random.h"
+
+namespace sluice {
+
+class SampleMap {
+ public:
+  static constexpr int side = 4;  // of a block, in pixels
+  static constexpr int most = 8;  // samples of a pixel
+
+  SampleMap() = default;  // one sample everywhere
+  SampleMap(std::size_t blocks_x, std::vector<std::uint8_t> counts) : blocks_x_(blocks_x), counts_(std::move(counts)) {}
+
+  // Samples that pixel (x, y) of the full frame takes in each pass.
+  [[nodiscard]] std::uint32_t at(int x, int y) const noexcept { return counts_.empty() ? 1 : counts_[static_cast<std::size_t>(y / side) * blocks_x_ + x / side]; }
+  [[nodiscard]] double mean() const noexcept {
+    return counts_.empty() ? 1 : std::accumulate(counts_.begin(), counts_.end(), 0.0) / static_cast<double>(counts_.size());
+  }
+  [[nodiscard]] std::uint64_t hash() const noexcept {
+    std::uint64_t h = 0;
+    for (const std::uint8_t n : counts_) h = mix(h, n);
+    return h;
+  }
+
+ private:
+  std::size_t blocks_x_ = 0;
+  std::vector<std::uint8_t> counts_;
+};
+
+}  // namespace sluice
