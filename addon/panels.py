@@ -64,6 +64,7 @@ class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
             sentence(alert, context.region, str(missing), 'ERROR')
         column.prop(settings, "passes")
         column.prop(settings, "photons")
+        column.prop(settings, "use_adaptive_sampling")
         column.separator()
         column.prop(settings, "error_target")
         column.prop(settings, "time_limit")

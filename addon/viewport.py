@@ -93,7 +93,7 @@ def _copy_edits(view, depsgraph, names):
 
 
 def _settings(depsgraph):
-    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0}
+    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
     return found if found["use_animated_seed"] else {**found, "frame": 0}  # else frames in which nothing moves are one picture
 
 

@@ -84,7 +84,9 @@ class Sampler {
   // The stream's point, as an index into the sequence that all streams share.
   [[nodiscard]] std::uint32_t dealt(std::uint64_t h) const noexcept {
     std::uint32_t higher = detail::owen(index_, static_cast<std::uint32_t>(h));
-    const auto own = static_cast<std::uint32_t>(mix(h + (stream_ + 1) * 0x9e3779b97f4a7c15ull + (higher >> 2)) >> 32);
+    auto own = static_cast<std::uint32_t>(h >> 32) + stream_ * 0x9e3779b9u + (higher >> 2) * 0x85ebca6bu;  // a hash of three (murmur's finaliser)
+    own = (own ^ (own >> 16)) * 0x7feb352du;
+    own ^= own >> 15;
     const auto power = static_cast<std::uint32_t>(((own >> 2) * 3ull) >> 30);
     higher = (higher & ~3u) | (((0x9c78e4u >> (8 * power + 2 * (higher & 3u))) ^ own) & 3u);
     return (higher << 2) | (stream_ ^ (static_cast<std::uint32_t>(h >> 30) & 3u) ^ detail::third_dimension(higher));

@@ -133,7 +133,7 @@ void Session::render_scene(const Scene& scene) {
   const Effects effects = find_effects(scene, transport);
   start_rendering(scene, effects);
   Guide guide = make_guide(scene, transport, effects, pool, cancel_);
-  if (transport.adaptive) guide.samples = place_samples({scene, transport, effects, guide, 0}, pool, cancel_);
+  if (transport.use_adaptive_sampling) guide.samples = place_samples({scene, transport, effects, guide, 0}, pool, cancel_);
   {
     const std::lock_guard lock(lock_);
     statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_);

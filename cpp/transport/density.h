@@ -36,9 +36,10 @@ class Receiver {
 
   // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side.
   [[nodiscard]] bool accepts(const Photon& photon, float radius) const noexcept {
-    const float cosine = unpack_direction(photon.normal).dot(vertex_.point.ns);
-    if (transmits_ ? std::abs(cosine) < like_normal : cosine < like_normal) return false;
-    return std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) <= disk_thickness * radius;
+    if (std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) > disk_thickness * radius) return false;
+    const V3f n = unpack_octahedron(photon.normal);
+    const float along = n.dot(vertex_.point.ns);
+    return (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
   }
   // f(wi -> wo) as the photon's own place has it: its direction to the eye, its normal. On a curved surface with a sharp lobe the
   // disk would smear what the lobe throws otherwise (a rough glass ball's caustic: 9 % off). Directions are turned, not the lobes.

@@ -37,12 +37,17 @@ inline constexpr int arrival_count = 4;
   return quantise(x) | (quantise(y) << 16);
 }
 
-[[nodiscard]] inline V3f unpack_direction(std::uint32_t bits) noexcept {
+// The point of the octahedron, not of the sphere: in the right direction, 0.57 to 1 long.
+[[nodiscard]] inline V3f unpack_octahedron(std::uint32_t bits) noexcept {
   float x = static_cast<float>(static_cast<int>(bits & 0xffffu) - 32768) * (1 / 32767.0f);
   float y = static_cast<float>(static_cast<int>(bits >> 16) - 32768) * (1 / 32767.0f);
   const float z = 1 - std::abs(x) - std::abs(y), fold = std::max(-z, 0.0f);
   x -= std::copysign(fold, x), y -= std::copysign(fold, y);
-  return V3f(x, y, z) * (1 / std::sqrt(x * x + y * y + z * z));
+  return {x, y, z};
+}
+[[nodiscard]] inline V3f unpack_direction(std::uint32_t bits) noexcept {
+  const V3f d = unpack_octahedron(bits);
+  return d * (1 / std::sqrt(d.length2()));
 }
 
 struct Photon {
