@@ -169,7 +169,7 @@ class Render:
 
 def start(scene, **settings):
     session = sluice_core.Session()
-    session.start(getattr(scene, "description", scene), {"passes": 4, "photons": 8192, "seed": 0, "threads": 1, **settings})
+    session.start(getattr(scene, "description", scene), {"passes": 4, "photons": 8192, "seed": 0, "threads": 1, "use_adaptive_sampling": False, **settings})
     return session
 
 
