@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Randomised quasi-Monte Carlo (design §5): shuffled, Owen-scrambled Sobol' pairs. A sample is a pure function of (key, index,
+// Randomised quasi-Monte Carlo (design §5): shuffled, Owen-scrambled Sobol' pairs, and a base-4 sequence dealt to four streams. A sample is a pure function of (key, index,
 // dimension pair), so passes may run in any order, on any thread, in any process. Hash-based scrambling: Burley 2020, JCGT 9(4),
 // with the improved Laine-Karras hash of Vegdahl.
 #pragma once
@@ -41,6 +41,18 @@ namespace detail {
 }
 [[nodiscard]] constexpr std::uint32_t owen(std::uint32_t x, std::uint32_t seed) noexcept { return reverse_bits(laine_karras(reverse_bits(x), seed)); }
 
+// Second Sobol' dimension, bit-reversed: column i of its generator matrix is row i of Pascal's triangle mod 2, so the product is
+// five shift-and-xor steps.
+[[nodiscard]] constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
+  std::uint32_t x = index;
+  x ^= (x & 0xaaaaaaaau) >> 1;
+  x ^= (x & 0xccccccccu) >> 2;
+  x ^= (x & 0xf0f0f0f0u) >> 4;
+  x ^= (x & 0xff00ff00u) >> 8;
+  x ^= (x & 0xffff0000u) >> 16;
+  return x;
+}
+
 // Second dimension of the base-4 sequence of Faure and Niederreiter, digit-reversed: digit r is the sum over digits j >= r of the index
 // of binomial(j, r) times it, in GF(4), where binomials are 0 or 1 and sums are exclusive or.
 [[nodiscard]] constexpr std::uint32_t pascal_reversed(std::uint32_t index) noexcept {
@@ -74,9 +86,11 @@ class Sampler {
   [[nodiscard]] V2f pair(std::uint32_t pair) const noexcept {
     const std::uint64_t h = mix(key_ ^ (0x9e3779b97f4a7c15ull * (pair + 1)));
     const std::uint64_t g = mix(h);
-    auto index = stream_ < 4 ? dealt(h) : detail::owen(index_, static_cast<std::uint32_t>(h));
+    const bool is_dealt = stream_ < 4;
+    const auto index = is_dealt ? dealt(h) : detail::owen(index_, static_cast<std::uint32_t>(h));
+    const auto second = is_dealt ? detail::pascal_reversed(index) : detail::sobol1_reversed(index);
     const auto x = detail::reverse_bits(detail::laine_karras(index, static_cast<std::uint32_t>(h >> 32)));
-    const auto y = detail::reverse_bits(detail::laine_karras(detail::pascal_reversed(index), static_cast<std::uint32_t>(g)));
+    const auto y = detail::reverse_bits(detail::laine_karras(second, static_cast<std::uint32_t>(g)));
     return {to_unit(x), to_unit(y)};
   }
 

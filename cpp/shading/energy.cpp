@@ -121,7 +121,7 @@ struct ReflectingTable {
   return table;
 }
 
-constexpr int glass_mu_nodes = 24, glass_roughness_nodes = 16, glass_eta_nodes = 25, glass_samples = 128;
+constexpr int glass_mu_nodes = 24, glass_roughness_nodes = 16, glass_eta_nodes = 25, glass_samples = 64;
 constexpr float largest_tilt = 0.5f;  // (eta - 1) / (eta + 1) of eta = 3
 
 struct DielectricTable {

@@ -34,9 +34,10 @@ struct PixelSample {
     for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
     alpha += o.alpha, depth += o.depth, normal += o.normal, albedo += o.albedo;
   }
-  void operator*=(float factor) noexcept {
+  PixelSample& operator*=(float factor) noexcept {
     for (Color& part : parts) part *= factor;
     alpha *= factor, depth *= factor, normal *= factor, albedo *= factor;
+    return *this;
   }
 };
 

@@ -11,14 +11,14 @@ namespace sluice {
 
 class SampleMap {
  public:
-  static constexpr int side = 4;  // of a block, in pixels
   static constexpr int most = 8;  // samples of a pixel
 
   SampleMap() = default;  // one sample everywhere
-  SampleMap(std::size_t blocks_x, std::vector<std::uint8_t> counts) : blocks_x_(blocks_x), counts_(std::move(counts)) {}
+  // `side`: of a block, in pixels.
+  SampleMap(int side, std::size_t blocks_x, std::vector<std::uint8_t> counts) : side_(side), blocks_x_(blocks_x), counts_(std::move(counts)) {}
 
   // Samples that pixel (x, y) of the full frame takes in each pass.
-  [[nodiscard]] std::uint32_t at(int x, int y) const noexcept { return counts_.empty() ? 1 : counts_[static_cast<std::size_t>(y / side) * blocks_x_ + x / side]; }
+  [[nodiscard]] std::uint32_t at(int x, int y) const noexcept { return counts_.empty() ? 1 : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ + static_cast<std::size_t>(x / side_)]; }
   [[nodiscard]] double mean() const noexcept {
     return counts_.empty() ? 1 : std::accumulate(counts_.begin(), counts_.end(), 0.0) / static_cast<double>(counts_.size());
   }
@@ -29,6 +29,7 @@ class SampleMap {
   }
 
  private:
+  int side_ = 1;
   std::size_t blocks_x_ = 0;
   std::vector<std::uint8_t> counts_;
 };

@@ -10,6 +10,7 @@
 namespace sluice {
 namespace {
 
+constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
 constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
 
 // What the pilot's pairs of samples in one block say.
@@ -20,13 +21,14 @@ struct Block {
 };
 
 // Two samples of a pixel in each quarter of the block: differences inside of a pixel are noise, those between pixels may be texture.
-Block look_at(ViewTracer& tracer, const PassContext& context, int x0, int y0) {
+Block look_at(ViewTracer& tracer, const PassContext& context, int x0, int y0, int side) {
   const FrameDescription& frame = context.scene.frame();
   Block block;
   int pairs = 0;
   for (int quarter = 0; quarter < 4; ++quarter) {
     const std::uint64_t key = key_of(context.settings.seed, Purpose::Pilot, static_cast<std::uint64_t>(y0) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x0), static_cast<std::uint64_t>(quarter));
-    const int x = x0 + 2 * (quarter % 2) + static_cast<int>(key & 1), y = y0 + 2 * (quarter / 2) + static_cast<int>((key >> 1) & 1);
+    const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
+    const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
     if (x >= frame.width || y >= frame.height) continue;
     V3d value[2];
     for (std::uint32_t i = 0; i < 2; ++i) value[i] = V3d(tracer.trace(x, y, Sampler(mix(key, 2 + i), 0), mix(key, 4 + i)).combined());
@@ -64,7 +66,8 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   if (context.effects.photons() && !photon_pass.run(context, pool, cancel, photons, unused)) return {};
 
   const FrameDescription& frame = context.scene.frame();
-  const auto blocks_of = [](int pixels) { return static_cast<std::size_t>((pixels + SampleMap::side - 1) / SampleMap::side); };
+  const int side = std::max(least_side, (std::max(frame.width, frame.height) + most_blocks - 1) / most_blocks);
+  const auto blocks_of = [side](int pixels) { return static_cast<std::size_t>((pixels + side - 1) / side); };
   const std::size_t width = blocks_of(frame.width), height = blocks_of(frame.height);
   std::vector<ViewTracer> tracers;
   tracers.reserve(static_cast<std::size_t>(pool.size()));
@@ -72,7 +75,7 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   std::vector<Block> blocks(width * height);
   pool.parallel_for(height, [&](std::size_t row, int thread) {
     for (std::size_t x = 0; x < width && !cancel.load(std::memory_order_relaxed); ++x)
-      blocks[row * width + x] = look_at(tracers[static_cast<std::size_t>(thread)], context, static_cast<int>(x) * SampleMap::side, static_cast<int>(row) * SampleMap::side);
+      blocks[row * width + x] = look_at(tracers[static_cast<std::size_t>(thread)], context, static_cast<int>(x) * side, static_cast<int>(row) * side, side);
   });
   if (cancel) return {};
 
@@ -90,7 +93,7 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   const double scale = wanted_mean * static_cast<double>(deviation.size()) / std::accumulate(deviation.begin(), deviation.end(), 0.0);
   std::vector<std::uint8_t> counts;
   for (const double d : deviation) counts.push_back(static_cast<std::uint8_t>(std::clamp(std::round(scale * d), 1.0, static_cast<double>(SampleMap::most))));
-  return {width, std::move(counts)};
+  return {side, width, std::move(counts)};
 }
 
 }  // namespace sluice

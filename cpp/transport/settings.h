@@ -16,6 +16,7 @@ struct TransportSettings {
   bool use_adaptive_sampling = true;  // several samples of a pixel in each pass where a pilot finds noise
   std::size_t state_memory = std::size_t{2} << 30;  // bytes, of the states of paths (edit/path_state.h) of all threads together
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
+  float most_widening = 2.5f;       // of that radius where the pilot finds few photons; 1: never
 };
 
 // What one table of states may hold: a thread has one for light paths and one for view paths, and edits are explained with one more.

@@ -13,21 +13,14 @@ PixelSample sample_pixel(const PassContext& context, ViewTracer& tracer, int x, 
   const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
   const std::uint32_t count = context.guide.samples.at(x, y);
   const std::size_t layers_at = layers.size();
-  PixelSample mean;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const PixelSample sample = tracer.trace(x, y, Sampler(key, index * count + i, stream), i == 0 ? choices : mix(choices, i));
-    if (i == 0) {
-      mean = sample;
-      if (context.effects.layers) layers.insert(layers.end(), tracer.layers().begin(), tracer.layers().end());
-      continue;
-    }
-    mean += sample;
-    for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] += tracer.layers()[l - layers_at];
-  }
-  if (count == 1) return mean;
   const float share = 1 / static_cast<float>(count);
-  mean *= share;
-  for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] *= share;
+  PixelSample mean;
+  if (context.effects.layers) layers.resize(layers_at + tracer.layers().size(), Color(0));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    PixelSample sample = tracer.trace(x, y, Sampler(key, index * count + i, stream), i == 0 ? choices : mix(choices, i));
+    mean += sample *= share;
+    for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] += tracer.layers()[l - layers_at] * share;
+  }
   return mean;
 }
 

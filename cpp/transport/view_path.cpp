@@ -10,7 +10,6 @@ namespace sluice {
 namespace {
 
 constexpr float far_away = 1e10f;  // Blender's depth of nothing
-constexpr float most_widening = 2.5f;  // of the disk at v where photons are few
 
 }  // namespace
 
@@ -191,7 +190,7 @@ float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcep
   const double footprint = path.width + path.spread * path.length;
   const float radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent);
   const float* needed = guide_->disks.find(v);
-  return (needed ? std::clamp(*needed, radius, most_widening * radius) : radius) * radius_scale_;
+  return (needed ? std::clamp(*needed, radius, settings_.most_widening * radius) : radius) * radius_scale_;
 }
 
 }  // namespace sluice

