@@ -56,16 +56,16 @@ def blocks(picture, width):
 
 def assert_blocks(samples, expected, bias=0.003, finest=0.06, finest_sum=0.04):
     """Block means of independent renders (seeds first) are `expected`, block by block and in the sum. Their variance is taken as
-    proportional to what they expect (photons are counted), so that all blocks tell about it. Where nothing is expected there must be
-    nothing (1e-4 of the brightest block: the expectation has a tail as thin as its quadrature); blocks of little light take part in the
-    sum alone. `bias`: what the expectation itself may be off, relative."""
+    proportional to what they expect (photons are counted), so that all blocks tell about it; as their own where that is more (at borders).
+    Where nothing is expected there must be nothing (1e-4 of the brightest block: the expectation has a tail as thin as its quadrature);
+    blocks of little light take part in the sum alone. `bias`: what the expectation itself may be off, relative."""
     samples, expected = np.asarray(samples, float).reshape(len(samples), -1), np.asarray(expected, float).ravel()
     mean, bright = samples.mean(0), expected > 0.1 * expected.max()
     assert (mean[expected == 0] <= 1e-4 * expected.max()).all(), f"light where there must be none: {mean[expected == 0].max()}"
     count, number = len(samples), int(bright.sum())
     spread = (samples.var(0, ddof=1)[bright] / expected[bright]).mean()
     t = student_quantile(FALSE_ALARM / number, number * (count - 1))
-    half_width = t * np.sqrt(spread * expected[bright] / count)
+    half_width = t * np.sqrt(np.maximum(spread * expected[bright], samples.var(0, ddof=1)[bright]) / count)
     assert (half_width <= finest * expected[bright].max()).all(), f"too noisy to tell: {(half_width / expected[bright]).max():.2%}"
     off = np.abs(mean[bright] - expected[bright])
     worst = int(np.argmax(off / (half_width + bias * expected[bright])))

@@ -13,7 +13,7 @@ from statistics_of_renders import assert_blocks, assert_mean, assert_same_mean, 
 
 FULL = bool(os.environ.get("SLUICE_FULL"))
 ALBEDO, SIZE, PASSES, BLOCK = 0.8, 32, 4, 4
-SEEDS, PHOTONS = (16, 65536) if FULL else (8, 32768)
+SEEDS, PHOTONS = (16, 65536) if FULL else (12, 32768)
 
 ENTRY = quad((-0.5, 0.1, 0), (0.3, 0, 0), (0, 0.3, 0))
 AIM = (-0.85, -0.15, -0.25, 0.45)  # holds all light that ENTRY takes, whatever the lamp
@@ -172,7 +172,7 @@ def test_many_exits_are_split_or_chosen_with_the_same_mean(count):
     places = [(0.1 + 0.16 * column, -0.4 + 0.2 * row, 0) for row in range(3) for column in range(6)][:count]
     scene, light = floor_scene("point")
     scene.edit("L", ENTRY, [exit_at(p, (0.07, 0, 0), (0, 0.07, 0), intensity=1 + i % 3) for i, p in enumerate(places)])
-    got, _ = check(scene, light, photons=2 * PHOTONS)
+    got, _ = check(scene, light)
     assert all((r.statistics["dropped"]["split_capped"] > 0) == (count > 16) for r in got.renders)
 
 
@@ -200,7 +200,7 @@ def test_feather_takes_its_share_of_the_flux(feather):
     """Its border is antisymmetric about its middle: under even light the exits get (1 − feather / 2)² of the flux, and nothing is lost."""
     scene, _ = floor_scene("sun")
     scene.edit("L", ENTRY, [exit_at((0.5, 0.1, 0), (0.3, 0, 0), (0, 0.3, 0))], feather=feather)
-    got = seeds(scene, SEEDS, passes=PASSES, photons=2 * PHOTONS, caustic_radius_factor=1.0).stack("Edited")
+    got = seeds(scene, SEEDS, passes=PASSES, photons=PHOTONS, caustic_radius_factor=1.0).stack("Edited")
     flux = 0.36 * 3.0 / math.sqrt(1.2) * ALBEDO / math.pi
     share = (1 - feather / 2) ** 2
     assert_mean(got[:, :, SIZE // 2 :].mean((1, 2, 3)) * 2, flux * share, finest=0.04)
