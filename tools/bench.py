@@ -34,7 +34,7 @@ def arguments():
     parser.add_argument("--seeds", type=int, default=1, help="renders per point (%(default)s)")
     parser.add_argument("--passes", type=int, nargs="+", default=[1, 4, 16, 64, 256])
     parser.add_argument("--samples", type=int, nargs="*", default=[16, 64, 256], help="of Cycles; none: leave it out")
-    parser.add_argument("--photons", type=int, default=32768, help="per pass on the box (%(default)s)")
+    parser.add_argument("--photons", type=int, default=16384, help="per pass on the box (%(default)s)")
     parser.add_argument("--only", choices=("speed", "edits", "drag", "large", "small", "cornell"), help="one part alone")
     parser.add_argument("--make-reference", type=int, metavar="PASSES", help="render tests/bench/cornell.npy anew (4096: minutes), and nothing else")
     parser.add_argument("--record", action="store_true", help="add the rows to tests/bench/results.csv, with commit and processor")
