@@ -32,6 +32,7 @@ FRENCH = {
     "Remove Light Layer": "Retirer le calque de lumière", "Move Light Layer": "Déplacer le calque de lumière",
     # the render
     "Sampling": "Échantillonnage", "Passes": "Passes", "Photons": "Photons", "Seed": "Graine", "Animated Seed": "Graine animée",
+    "Adaptive Sampling": "Échantillonnage adaptatif",
     "Error Target": "Erreur visée", "Time Limit": "Limite de temps", "Max Depth": "Profondeur maximale",
     "Max Edits per Path": "Éditions par chemin", "Specular Threshold": "Seuil spéculaire", "Light Paths": "Chemins de lumière",
     "Arriving": "Arrivant", "Direct": "Directe", "Caustics": "Caustiques", "Edited Light": "Lumière éditée", "Indirect": "Indirecte",

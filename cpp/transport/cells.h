@@ -16,7 +16,6 @@ class Cells {
   Cells() = default;
   explicit Cells(double edge) : inverse_edge_(1 / edge) {}
 
-  [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] double edge() const noexcept { return 1 / inverse_edge_; }
   // The cell's number; null if it has none.
   [[nodiscard]] const float* find(const V3d& p) const noexcept { return find(key(p)); }
