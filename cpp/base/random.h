@@ -95,7 +95,9 @@ class Sampler {
   }
 
  private:
-  // The stream's point, as an index into the sequence that all streams share.
+  // The stream's point, as an index into the sequence that all streams share. Blocks of four points are shuffled for all streams alike;
+  // inside a block each stream has an order of its own (its digit times w^power plus a number, from a table of the three products), else
+  // pairs of dimensions would go together.
   [[nodiscard]] std::uint32_t dealt(std::uint64_t h) const noexcept {
     std::uint32_t higher = detail::owen(index_, static_cast<std::uint32_t>(h));
     auto own = static_cast<std::uint32_t>(h >> 32) + stream_ * 0x9e3779b9u + (higher >> 2) * 0x85ebca6bu;  // a hash of three (murmur's finaliser)

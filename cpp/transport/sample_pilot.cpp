@@ -90,7 +90,9 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
     for (int c = 0; c < 3; ++c) relative += b.variance[c] / (square(b.mean[c]) + floor) / 3;
     deviation.push_back(std::sqrt(relative));
   }
-  const double scale = wanted_mean * static_cast<double>(deviation.size()) / std::accumulate(deviation.begin(), deviation.end(), 0.0);
+  const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
+  if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
+  const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;
   std::vector<std::uint8_t> counts;
   for (const double d : deviation) counts.push_back(static_cast<std::uint8_t>(std::clamp(std::round(scale * d), 1.0, static_cast<double>(SampleMap::most))));
   return {side, width, std::move(counts)};

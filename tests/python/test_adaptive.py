@@ -38,8 +38,11 @@ def test_more_samples_leave_less_error():
     assert error[1] < 0.8 * error[0]
 
 
-def test_a_black_picture_is_sampled_evenly():
-    scene = Scene(size=16)
-    scene.floor(diffuse(0.8))
-    black = render(scene, use_adaptive_sampling=True, **PASSES)
-    assert black.statistics["view_paths"] == 4 * 16 * 16 and not np.any(black["Combined"][..., :3])
+def test_pictures_without_noise_are_sampled_evenly():
+    black, grey = Scene(size=16), Scene(size=16)
+    black.floor(diffuse(0.8))
+    grey.floor(emission((1, 1, 1), 0.5))
+    for scene, level in ((black, 0.0), (grey, 0.5)):
+        even = render(scene, use_adaptive_sampling=True, **PASSES)
+        assert even.statistics["view_paths"] == 4 * 16 * 16
+        np.testing.assert_allclose(even["Combined"][..., :3], level, rtol=1e-6)
