@@ -18,20 +18,6 @@ LENS, LAMP = Vector((-0.16, -0.06, 0.135)), Vector((-0.54, -0.16, 0.34))
 BEAM = (LENS - LAMP).normalized()
 
 
-def lens():
-    """A biconvex lens in a gilt ring on a foot, turned towards the lamp."""
-    radius, bulge = 0.085, 0.013
-    side = [(radius * t, bulge * (1 - t * t)) for t in np.linspace(0, 1, 25)]
-    profile = [(0, -bulge - 0.001), *[(r, -z - 0.001) for r, z in side[1:]], *[(r, z + 0.001) for r, z in side[:0:-1]], (0, bulge + 0.001)]
-    glass = m.lathe("Lens", profile, LENS, m.glass("Rose", (1.0, 0.50, 0.32)), segments=128, levels=0)
-    gilt = props.gilt()
-    rim = props.ring("Lens ring", LENS, radius + 0.004, 0.0045, gilt)
-    for part in (glass, rim):
-        part.rotation_euler = BEAM.to_track_quat("Z", "Y").to_euler()
-    foot = [(0, 0), (0.045, 0), (0.047, 0.003), (0.044, 0.006), (0.008, 0.010), (0.0045, 0.02), (0.0045, 0.047), (0, 0.047)]
-    m.lathe("Foot", foot, (*LENS[:2], 0), gilt, levels=1)
-
-
 def star():
     """A star with soft edges: how much light passes."""
     v, u = np.meshgrid(np.linspace(-1, 1, 128), np.linspace(-1, 1, 128), indexing="ij")
@@ -70,7 +56,7 @@ def edits():
 scene = m.start()
 props.table(props.boards("Oak", (0.80, 0.64, 0.46), (0.60, 0.43, 0.27)), wall=WALL_Y)
 props.wall(props.plaster("Plaster", (0.20, 0.27, 0.33)), WALL_Y)
-lens()
+props.lens_on_foot(LENS, BEAM, m.glass("Rose", (1.0, 0.50, 0.32)), size=(0.085, 0.001, 0.013, 0.0045), stem=0.047, segments=128, levels=0)
 frame, canvas = m.glossy("Black wood", (0.03, 0.03, 0.032), 0.35), m.matte("Canvas", (0.50, 0.49, 0.47))
 for i in range(3):
     props.framed(f"Canvas {i + 1}", (0.32 * (i - 1), WALL_Y, 0.36), (0.25, 0.25), canvas, frame, rail=0.014)

@@ -110,6 +110,21 @@ def ring(name, at, radius, thick, material, tilt=0.0):
     return item
 
 
+def lens_on_foot(at, towards, material, size, stem, **faces):
+    """A biconvex lens in a gilt ring on a foot, turned towards a lamp. `size`: its radius, half the thickness of its rim, how much
+    more it has in the middle, and the ring's thickness; `stem`: height of the foot;
+    `faces`: of the lathe. Returns the glass."""
+    radius, edge, bulge, thick = size
+    side = [(radius * t, bulge * (1 - t * t)) for t in np.linspace(0, 1, 25)]
+    profile = [(0, -bulge - edge), *[(r, -z - edge) for r, z in side[1:]], *[(r, z + edge) for r, z in side[:0:-1]], (0, bulge + edge)]
+    glass, metal = m.lathe("Lens", profile, at, material, **faces), gilt()
+    for part in (glass, ring("Lens ring", at, radius + 0.004, thick, metal)):
+        part.rotation_euler = towards.to_track_quat("Z", "Y").to_euler()
+    foot = [(0, 0), (0.045, 0), (0.047, 0.003), (0.044, 0.006), (0.008, 0.010), (0.0045, 0.02), (0.0045, stem), (0, stem)]
+    m.lathe("Foot", foot, (*at[:2], 0), metal, levels=1)
+    return glass
+
+
 def tube(name, points, thick, at, material):
     """A closed tube along points: its section is carried along without twist and the rest of the turn spread evenly."""
     points = [Vector(p) for p in points]

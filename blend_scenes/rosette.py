@@ -6,7 +6,6 @@ import math
 import os
 import sys
 
-import numpy as np
 from mathutils import Vector
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -21,21 +20,14 @@ IN_THE_AIR = 0.30  # y of both squares
 
 
 def lens():
-    """A lens with lobes in a gilt ring on a foot, turned towards the lamp."""
-    radius, bulge, lobes = 0.072, 0.0065, 5
-    side = [(radius * t, bulge * (1 - t * t)) for t in np.linspace(0, 1, 25)]
-    profile = [(0, -bulge - 0.004), *[(r, -z - 0.004) for r, z in side[1:]], *[(r, z + 0.004) for r, z in side[:0:-1]], (0, bulge + 0.004)]
-    glass = m.lathe("Lens", profile, LENS, m.glass("Amber", (1.0, 0.80, 0.48)), segments=160, levels=1)
+    """With lobes."""
+    radius, lobes = 0.072, 5
+    amber = m.glass("Amber", (1.0, 0.80, 0.48))
+    glass = props.lens_on_foot(LENS, BEAM, amber, (radius, 0.004, 0.0065, 0.0055), stem=0.072, segments=160, levels=1)
     for vertex in glass.data.vertices:
         x, y, z = vertex.co
         wide, turn = math.hypot(x, y) / radius, math.atan2(y, x) + math.pi / 10  # a tip upwards
         vertex.co.z = z * (1 + 0.22 * wide**3 * math.cos(lobes * turn))
-    gilt = props.gilt()
-    rim = props.ring("Lens ring", LENS, radius + 0.004, 0.0055, gilt)
-    for part in (glass, rim):
-        part.rotation_euler = BEAM.to_track_quat("Z", "Y").to_euler()
-    foot = [(0, 0), (0.045, 0), (0.047, 0.003), (0.044, 0.006), (0.008, 0.010), (0.0045, 0.02), (0.0045, 0.072), (0, 0.072)]
-    m.lathe("Foot", foot, (*LENS[:2], 0), gilt, levels=1)
 
 
 def edits():

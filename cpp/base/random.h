@@ -41,18 +41,6 @@ namespace detail {
 }
 [[nodiscard]] constexpr std::uint32_t owen(std::uint32_t x, std::uint32_t seed) noexcept { return reverse_bits(laine_karras(reverse_bits(x), seed)); }
 
-// Second Sobol' dimension, bit-reversed: column i of its generator matrix is row i of Pascal's triangle mod 2, so the product is
-// five shift-and-xor steps.
-[[nodiscard]] constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept {
-  std::uint32_t x = index;
-  x ^= (x & 0xaaaaaaaau) >> 1;
-  x ^= (x & 0xccccccccu) >> 2;
-  x ^= (x & 0xf0f0f0f0u) >> 4;
-  x ^= (x & 0xff00ff00u) >> 8;
-  x ^= (x & 0xffff0000u) >> 16;
-  return x;
-}
-
 // Second dimension of the base-4 sequence of Faure and Niederreiter, digit-reversed: digit r is the sum over digits j >= r of the index
 // of binomial(j, r) times it, in GF(4), where binomials are 0 or 1 and sums are exclusive or.
 [[nodiscard]] constexpr std::uint32_t pascal_reversed(std::uint32_t index) noexcept {
@@ -63,6 +51,9 @@ namespace detail {
   x ^= (x & 0xffff0000u) >> 16;
   return x;
 }
+
+// Second Sobol' dimension, bit-reversed: the same of bits, mod 2, which takes one shift-and-xor step more.
+[[nodiscard]] constexpr std::uint32_t sobol1_reversed(std::uint32_t index) noexcept { return pascal_reversed(index ^ ((index & 0xaaaaaaaau) >> 1)); }
 
 // First digit of the sequence's third dimension, but for the index's own first digit: the sum of w^j times digit j >= 1, where w, one of
 // GF(4)'s two other numbers, multiplies (b1 b0) to (b0 + b1, b1). `higher`: the index without its first digit.
@@ -100,7 +91,7 @@ class Sampler {
   // pairs of dimensions would go together.
   [[nodiscard]] std::uint32_t dealt(std::uint64_t h) const noexcept {
     std::uint32_t higher = detail::owen(index_, static_cast<std::uint32_t>(h));
-    auto own = static_cast<std::uint32_t>(h >> 32) + stream_ * 0x9e3779b9u + (higher >> 2) * 0x85ebca6bu;  // a hash of three (murmur's finaliser)
+    auto own = static_cast<std::uint32_t>(h >> 32) + stream_ * 0x9e3779b9u + (higher >> 2) * 0x85ebca6bu;  // a hash of three
     own = (own ^ (own >> 16)) * 0x7feb352du;
     own ^= own >> 15;
     const auto power = static_cast<std::uint32_t>(((own >> 2) * 3ull) >> 30);

@@ -130,11 +130,10 @@ double Film::relative_error() const noexcept {
   const auto at = [this](std::size_t p) { return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]); };
   double image_mean = 0, error = 0;
   for (std::size_t p = 0; p < pixels; ++p) image_mean += luminance(at(p).mean) / static_cast<double>(pixels);
-  const double floor = square(image_mean / 10);
-  if (!(floor > 0)) return -1;  // a black picture says nothing about what it has not found
+  if (!(square(image_mean / 10) > 0)) return -1;  // a black picture says nothing about what it has not found
   for (std::size_t p = 0; p < pixels; ++p) {
     const Estimate e = at(p);
-    for (int i = 0; i < 3; ++i) error += e.variance[i] / (square(static_cast<double>(e.mean[i])) + floor) / 3;
+    error += relative_variance(e.variance, e.mean, image_mean);
   }
   return std::sqrt(error / static_cast<double>(pixels));
 }

@@ -41,6 +41,14 @@ struct PixelSample {
   }
 };
 
+// Variance relative to the mean, as the error of a picture counts it, mean over the channels: what is dark counts as a tenth of the
+// picture's mean luminance.
+[[nodiscard]] inline double relative_variance(const V3d& variance, const V3d& mean, double image_mean) noexcept {
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) sum += variance[c] / (square(mean[c]) + square(image_mean / 10)) / 3;
+  return sum;
+}
+
 class Film {
  public:
   static constexpr int tile = 32;

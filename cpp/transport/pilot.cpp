@@ -301,7 +301,7 @@ class Pilot {
       yield.all += flux;
       if (!seen.contains(photon.position)) continue;
       seen_flux += flux;
-      if (photon.arrival == Arrival::Caustic || photon.arrival == Arrival::Edited) close += flux;
+      if (is_close(photon)) close += flux;
     }
     yield.seen += seen_flux;
     const Light& light = scene_.lights()[static_cast<std::size_t>(start.light)];

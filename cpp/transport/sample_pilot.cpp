@@ -79,17 +79,12 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   });
   if (cancel) return {};
 
-  // The error that Film::relative_error() speaks of is least for n in proportion to the relative standard deviation.
+  // The picture's error is least for n in proportion to the relative standard deviation.
   double image_mean = 0;
   for (const Block& b : blocks) image_mean += luminance(b.mean) / static_cast<double>(blocks.size());
-  const double floor = square(image_mean / 10);
-  if (!(floor > 0) || !std::isfinite(floor)) return {};
+  if (!(image_mean > 0) || !std::isfinite(image_mean)) return {};
   std::vector<double> deviation;
-  for (const Block& b : smoothed(blocks, width, height)) {
-    double relative = 0;
-    for (int c = 0; c < 3; ++c) relative += b.variance[c] / (square(b.mean[c]) + floor) / 3;
-    deviation.push_back(std::sqrt(relative));
-  }
+  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(relative_variance(b.variance, b.mean, image_mean)));
   const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
   if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
   const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;
