@@ -84,7 +84,7 @@ def speed(options) -> list[dict]:
 def instructions(*task) -> int:
     """Of a whole run of tests/bench/edits.py: the same each time, whatever else the machine does."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable, EDITS, *map(str, task)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONHASHSEED": "0"})  # Python's own work is the same too
     found = re.search(r"Collected : (\d+)", done.stderr)
     if done.returncode or not found:
         raise RuntimeError(f"valgrind ended with {done.returncode}: {done.stderr[-500:]}")

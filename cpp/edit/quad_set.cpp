@@ -2,13 +2,19 @@
 #include "edit/quad_set.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
 
 namespace sluice {
 
 namespace {
 
-constexpr std::size_t leaf_size = 4;  // most quads are missed: a box is cheaper than its quads
+constexpr std::size_t loop_size = 4;  // so few are tested as fast without boxes
+constexpr double widening = 0x1p-19;  // of boxes, relative to that of all: more than floats round away between a ray and a box
 
 // No members at all: every edit is meant.
 bool is_member(EditSet members, int edit) noexcept { return members.empty() || contains(members, edit); }
@@ -52,127 +58,139 @@ void QuadSet::add(const Quad& q, const QuadId& id) {
 }
 
 std::size_t QuadSet::bytes() const noexcept {
-  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId) + 2 * sizeof(V3d)) + nodes_.size() * sizeof(Node);
+  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId)) + low_.size() * 2 * sizeof(V3d) + nodes_.size() * sizeof(Node);
 }
 
 void QuadSet::build() {
   nodes_.clear();
-  if (size() <= leaf_size) return;
+  if (size() <= loop_size) return;
+  V3d least = low_[0], most = high_[0];
+  for (std::size_t q = 1; q < size(); ++q)
+    for (int axis = 0; axis < 3; ++axis) {
+      least[axis] = std::min(least[axis], low_[q][axis]);
+      most[axis] = std::max(most[axis], high_[q][axis]);
+    }
+  const V3d size_of_all = most - least;
+  const double wider = widening * std::max({size_of_all.x, size_of_all.y, size_of_all.z});
+  for (V3d& low : low_) low -= V3d(wider);
+  for (V3d& high : high_) high += V3d(wider);
+  middle_ = (least + most) / 2, half_ = size_of_all / 2 + V3d(wider);
   std::vector<std::uint32_t> order(size());
   std::iota(order.begin(), order.end(), 0u);
-  (void)make_node(order, 0);
-  permute(order);
+  (void)make_node(order);
+  low_ = high_ = {};
 }
 
 // Three halvings make eight children; depth is log8 of the number of quads.
-std::uint32_t QuadSet::make_node(std::span<std::uint32_t> range, std::uint32_t begin) {
-  const auto number = static_cast<std::uint32_t>(nodes_.size());
+std::int32_t QuadSet::make_node(std::span<std::uint32_t> range) {
+  const auto number = static_cast<std::int32_t>(nodes_.size());
   nodes_.emplace_back();
   std::vector<std::span<std::uint32_t>> parts{range};
   for (int level = 0; level < 3; ++level) {
     std::vector<std::span<std::uint32_t>> halves;
     for (const auto& part : parts) {
-      if (part.size() <= leaf_size) {
-        halves.push_back(part);
-        continue;
-      }
-      const std::size_t half = halve(part, low_, high_);
-      halves.push_back(part.first(half));
+      const std::size_t half = part.size() > 1 ? halve(part, low_, high_) : 0;
+      if (half > 0) halves.push_back(part.first(half));
       halves.push_back(part.subspan(half));
     }
     parts = std::move(halves);
   }
   Node node;
-  for (std::size_t child = 0; child < Node::width; ++child) {
-    const auto part = child < parts.size() ? parts[child] : std::span<std::uint32_t>();
+  for (std::size_t c = 0; c < Node::width; ++c) {
+    const auto part = c < parts.size() ? parts[c] : std::span<std::uint32_t>();
     for (int axis = 0; axis < 3; ++axis) {
       double low = std::numeric_limits<double>::infinity(), high = -low;  // of no quads: a box that nothing enters
       for (const std::uint32_t q : part) {
         low = std::min(low, low_[q][axis]);
         high = std::max(high, high_[q][axis]);
       }
-      node.low[axis][child] = low;
-      node.high[axis][child] = high;
+      node.low[axis][c] = static_cast<float>(low - middle_[axis]);
+      node.high[axis][c] = static_cast<float>(high - middle_[axis]);
     }
-    const bool is_leaf = part.size() <= leaf_size;
-    node.first[child] = is_leaf ? begin : make_node(part, begin);
-    node.count[child] = is_leaf ? static_cast<std::uint32_t>(part.size()) : 0;
-    begin += static_cast<std::uint32_t>(part.size());
+    node.child[c] = part.size() > 1 ? make_node(part) : part.empty() ? 0 : ~static_cast<std::int32_t>(part[0]);
   }
-  nodes_[number] = node;
+  nodes_[static_cast<std::size_t>(number)] = node;
   return number;
-}
-
-void QuadSet::permute(const std::vector<std::uint32_t>& order) {
-  const auto sort = [&order](auto& values) {
-    auto old = values;
-    for (std::size_t i = 0; i < order.size(); ++i) values[i] = old[order[i]];
-  };
-  sort(tests_);
-  sort(group_);
-  sort(order_);
-  sort(id_);
-  sort(low_);
-  sort(high_);
 }
 
 // The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the same bits for t. Most quads
 // are missed by the first comparison: leaving early costs less than testing several side by side.
 template <class Found>
-void QuadSet::scan(const Segment& segment, double& t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept {
+void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Found& found) const noexcept {
   const V3d o = segment.origin, d = segment.direction;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Test& q = tests_[i];
-    const double cosine = q.normal.x * d.x + q.normal.y * d.y + q.normal.z * d.z;
-    const double t = (q.offset - (q.normal.x * o.x + q.normal.y * o.y + q.normal.z * o.z)) / cosine;
-    if (!(std::abs(cosine) >= least_cosine && t > segment.t_min && t <= t_max)) continue;
-    const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
-    const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
-    if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) continue;
-    const double v = q.dual_v.x * x + q.dual_v.y * y + q.dual_v.z * z - q.v0;
-    if (!(v >= -q.slack_v && v <= 1 + q.slack_v) || group_[i] == segment.excluded_group || !(t < std::numeric_limits<double>::infinity())) continue;
-    found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
-  }
+  const Test& q = tests_[i];
+  const double cosine = q.normal.x * d.x + q.normal.y * d.y + q.normal.z * d.z;
+  const double t = (q.offset - (q.normal.x * o.x + q.normal.y * o.y + q.normal.z * o.z)) / cosine;
+  if (!(std::abs(cosine) >= least_cosine && t > segment.t_min && t <= t_max)) return;
+  const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
+  const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
+  if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) return;
+  const double v = q.dual_v.x * x + q.dual_v.y * y + q.dual_v.z * z - q.v0;
+  if (!(v >= -q.slack_v && v <= 1 + q.slack_v) || group_[i] == segment.excluded_group || !(t < std::numeric_limits<double>::infinity())) return;
+  found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
 }
 
-// Boxes are entered conservatively: roundings are relative to t, so widening the far end keeps every crossing (Ize 2013).
+// A segment inside the box of all quads, in floats: it starts where it enters, so that floats are as exact as that box is small.
+struct QuadSet::Ray {
+  float origin[3], inverse[3];
+  // Children of a node that are met on [0, t_end], a bit for each. 0 · inf is NaN and narrows nothing.
+  [[nodiscard]] unsigned enters(const Node& node, float t_end) const noexcept {
+#if defined(__AVX2__)
+    __m256 near = _mm256_setzero_ps(), far = _mm256_set1_ps(t_end);
+    for (int axis = 0; axis < 3; ++axis) {
+      const float *enter = inverse[axis] < 0 ? node.high[axis] : node.low[axis], *leave = inverse[axis] < 0 ? node.low[axis] : node.high[axis];
+      const __m256 o = _mm256_set1_ps(origin[axis]), i = _mm256_set1_ps(inverse[axis]);
+      near = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(enter), o), i), near);
+      far = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(leave), o), i), far);
+    }
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(near, far, _CMP_LE_OQ)));
+#else
+    unsigned met = 0;
+    for (std::size_t c = 0; c < Node::width; ++c) {
+      float near = 0, far = t_end;
+      for (int axis = 0; axis < 3; ++axis) {
+        const bool back = inverse[axis] < 0;
+        const float t0 = ((back ? node.high : node.low)[axis][c] - origin[axis]) * inverse[axis], t1 = ((back ? node.low : node.high)[axis][c] - origin[axis]) * inverse[axis];
+        near = t0 > near ? t0 : near;
+        far = t1 < far ? t1 : far;
+      }
+      met |= (near <= far ? 1u : 0u) << c;
+    }
+    return met;
+#endif
+  }
+};
+
 template <class Found>
 void QuadSet::search(const Segment& segment, double& t_max, const Found& found) const noexcept {
-  if (nodes_.empty()) return scan(segment, t_max, 0, size(), found);
-  constexpr double never = std::numeric_limits<double>::infinity();
-  const V3d o = segment.origin, inverse(1 / segment.direction.x, 1 / segment.direction.y, 1 / segment.direction.z);
-  struct Open {
-    std::uint32_t first, count;
-    double near;
-  };
-  Open stack[Node::width * 12];  // 8^12 quads
+  if (nodes_.empty()) {
+    for (std::size_t i = 0; i < size(); ++i) test(segment, t_max, i, found);
+    return;
+  }
+  double start = segment.t_min, end = t_max;
+  const V3d from = segment.origin - middle_;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double inverse = 1 / segment.direction[axis], near = (-std::copysign(half_[axis], inverse) - from[axis]) * inverse, far = (std::copysign(half_[axis], inverse) - from[axis]) * inverse;
+    start = near > start ? near : start;
+    end = far < end ? far : end;
+  }
+  if (!(start <= end)) return;
+  Ray ray;
+  for (int axis = 0; axis < 3; ++axis) {
+    ray.origin[axis] = static_cast<float>(from[axis] + start * segment.direction[axis]);
+    ray.inverse[axis] = 1 / static_cast<float>(segment.direction[axis]);
+  }
+  std::int32_t stack[Node::width * 12];  // 8^12 quads
   std::size_t open = 0;
-  stack[open++] = {0, 0, segment.t_min};
+  stack[open++] = 0;
   while (open > 0) {
-    const Open next = stack[--open];
-    if (next.near > t_max) continue;
-    if (next.count > 0) {
-      scan(segment, t_max, next.first, next.first + next.count, found);
-      continue;
-    }
-    const Node& node = nodes_[next.first];
-    double near[Node::width], far[Node::width];
-    std::fill(near, near + Node::width, segment.t_min);
-    std::fill(far, far + Node::width, t_max);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double *enter = inverse[axis] < 0 ? node.high[axis] : node.low[axis], *leave = inverse[axis] < 0 ? node.low[axis] : node.high[axis];
-      for (std::size_t c = 0; c < Node::width; ++c) {
-        const double t0 = (enter[c] - o[axis]) * inverse[axis], t1 = (leave[c] - o[axis]) * inverse[axis];
-        near[c] = t0 > near[c] ? t0 : near[c];  // 0 · inf is NaN and narrows nothing
-        far[c] = t1 < far[c] ? t1 : far[c];
-      }
-    }
-    const std::size_t base = open;
-    for (std::size_t c = 0; c < Node::width; ++c) {
-      if (!(near[c] <= far[c] * (1 + 0x1p-48)) || near[c] == never) continue;
-      std::size_t at = open++;  // the nearest is popped first
-      for (; at > base && stack[at - 1].near < near[c]; --at) stack[at] = stack[at - 1];
-      stack[at] = {node.first[c], node.count[c], near[c]};
+    const Node& node = nodes_[static_cast<std::size_t>(stack[--open])];
+    for (unsigned met = ray.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) {
+      const std::int32_t child = node.child[std::countr_zero(met)];
+      if (child >= 0)
+        stack[open++] = child;
+      else
+        test(segment, t_max, static_cast<std::size_t>(~child), found);
     }
   }
 }

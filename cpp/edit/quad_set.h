@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Many quads asked at once: a plain loop for a few, a BVH of their own beyond that (design §2: quads are not in the
-// scene's acceleration structure). Every answer is computed in double by the formula of quad.h, so both ways agree bit for bit.
+// scene's acceleration structure). Boxes are of floats and only widen the search; every answer is computed in double by the formula of
+// quad.h, so both ways agree bit for bit.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -51,19 +52,19 @@ class QuadSet {
   void all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
 
  private:
-  // Up to eight children side by side, so that their boxes are tested in one vectorised loop.
+  // Eight children side by side, so that their boxes are tested at once. Relative to the middle of all quads.
   struct Node {
     static constexpr std::size_t width = 8;
-    double low[3][width], high[3][width];
-    std::uint32_t first[width], count[width];  // leaf: quads [first, first + count); inner (count = 0): node `first`
+    alignas(32) float low[3][width], high[3][width];
+    std::int32_t child[width];  // a node, or ~quad
   };
+  struct Ray;
   // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.
   template <class Found>
-  void scan(const Segment& segment, double& t_max, std::size_t begin, std::size_t end, const Found& found) const noexcept;
-  template <class Found>
   void search(const Segment& segment, double& t_max, const Found& found) const noexcept;
-  std::uint32_t make_node(std::span<std::uint32_t> range, std::uint32_t begin);
-  void permute(const std::vector<std::uint32_t>& order);
+  template <class Found>
+  void test(const Segment& segment, double t_max, std::size_t quad, const Found& found) const noexcept;
+  std::int32_t make_node(std::span<std::uint32_t> range);
 
   struct Test {  // what a crossing is computed from (quad.h)
     V3d normal;
@@ -76,8 +77,9 @@ class QuadSet {
   std::vector<Test> tests_;
   std::vector<int> group_, order_;
   std::vector<QuadId> id_;
-  std::vector<V3d> low_, high_;  // boxes
+  std::vector<V3d> low_, high_;  // boxes; gone when nodes are built
   std::vector<Node> nodes_;      // empty when a loop does
+  V3d middle_{0}, half_{0};      // of the box of all
 };
 
 }  // namespace sluice

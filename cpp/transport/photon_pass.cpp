@@ -33,7 +33,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
       if (const auto photon = emit_photon(context.scene, context.guide, sampler))
         tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler, mix(choices, static_cast<std::uint64_t>(path)), chunks_[c]);
     }
-    chunk_counts_[c] = tracer.counts;
+    chunk_counts_[c] = std::move(tracer.counts);
   });
   if (cancel) return false;
   for (const Counts& t : chunk_counts_) counts += t;

@@ -51,7 +51,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
         if (cancel.load(std::memory_order_relaxed)) return;
         samples.push_back(sample_pixel(context, tracer, x, y, layers));
       }
-    tile_counts_[t] = tracer.counts;
+    tile_counts_[t] = std::move(tracer.counts);
     const std::lock_guard lock(film_lock);
     film.add_tile(static_cast<int>(t), context.pass, samples, layers);
   });

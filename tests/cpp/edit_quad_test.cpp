@@ -2,6 +2,7 @@
 // Laws of quads: design §2 and the assertions of numerics §1, named after them.
 #include <gtest/gtest.h>
 
+#include "edit/quad_set.h"
 #include "edit_scene.h"
 
 namespace sluice {
@@ -223,6 +224,54 @@ TEST(Quad, OnePlaneOneT) {
         }
     }
   }
+}
+
+// Boxes are of floats: rays at the corners, edges and middles of quads, from near, from far and along their boxes' sides, find whatever
+// each quad finds alone, however small or far away the quads are and however long the way to them.
+TEST(QuadSet, BoxesLoseNothing) {
+  Random random(9);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  int found = 0;
+  for (const double size : {1e-6, 1.0, 1e4})
+    for (const double place : {0.0, 1.0, 1e5}) {
+      const V3d middle = random_direction(random) * (place * size);
+      std::vector<Quad> quads;
+      for (int i = 0; i < 60; ++i) {
+        const bool is_flat = i % 3 == 0;  // along the axes: boxes without thickness
+        const double half = size * std::pow(10, uniform(random, -4, 0));
+        const M44d turn = is_flat ? placed({1, 0, 0}, {0, i % 2 ? 1.0 : 0.0, i % 2 ? 0.0 : 1.0}, {0, i % 2 ? 0.0 : -1.0, i % 2 ? 1.0 : 0.0}, V3d(0)) : random_placement(random, V3d(0));
+        M44d m = turn;
+        for (int axis = 0; axis < 3; ++axis) m[3][axis] = middle[axis] + size * uniform(random, -1, 1);
+        quads.push_back(*make_quad(quad("q", m, i, half), V3d(0), 0));
+      }
+      const double far = 1e3 * size, scale = 2 * (middle.length() + far);
+      std::vector<Quad*> list;
+      for (Quad& q : quads) list.push_back(&q);
+      place_quads(list, 0x1p-22 * scale, scale);
+      QuadSet set;
+      for (int i = 0; i < 60; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
+      set.build();
+      std::vector<Crossing> crossings;
+      for (int k = 0; k < 20'000; ++k) {
+        const Quad& aim = quads[random() % 60];
+        const V3d p = aim.point({0.5 * static_cast<double>(k % 3), 0.5 * static_cast<double>(k / 3 % 3)});
+        V3d d = to_double(to_float(random_direction(random)));
+        if (k % 5 == 0) d[k / 5 % 3] = 0;
+        if (k % 50 == 0) d = k % 100 ? V3d(1, 0, 0) : V3d(0, 0, -1);
+        d.normalize();
+        const double way = (k % 2 ? far : size) * uniform(random, 0, 1);
+        const V3d o = p - d * way;
+        const double t_min = k % 7 == 0 ? -infinity : 0, t_max = k % 4 == 0 ? way : infinity;
+        set.all({o, d, t_min, t_max}, {}, crossings = {});
+        std::size_t alone = 0;
+        for (const Quad& q : quads)
+          if (const auto hit = intersect(q, o, d)) alone += hit->t > t_min && hit->t <= t_max;
+        ASSERT_EQ(crossings.size(), alone) << size << ' ' << place << ' ' << k;
+        EXPECT_EQ(set.any({o, d, t_min, t_max}), alone > 0);
+        found += static_cast<int>(alone);
+      }
+    }
+  EXPECT_GT(found, 100'000);
 }
 
 }  // namespace
