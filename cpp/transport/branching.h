@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// When paths split and when they end, the same rules on both sides (design §4): a budget of branches, above which one way stands for
-// all, and roulette on the throughput of materials alone, never on gains of edits.
+// When paths split and when they end, the same rules on both sides (design §4): a budget of branches for the whole tree of a path, above
+// which one way stands for all, and roulette on the throughput of materials alone, never on gains of edits.
 #pragma once
 #include <algorithm>
 
@@ -8,29 +8,39 @@
 
 namespace sluice {
 
-inline constexpr int split_budget = 16;  // branches alive at once on one path tree
+inline constexpr int split_budget = 16;  // branches that one path tree ever has, so as many are alive at most
 
-// One of `ways` (its weight is then `ways`), for u in [0, 1).
-[[nodiscard]] inline int pick_one(float u, int ways) noexcept { return std::min(static_cast<int>(u * static_cast<float>(ways)), ways - 1); }
+// What is left of it while a tree is followed.
+class SplitBudget {
+ public:
+  // May a branch become `more` than one? Then they are taken from what is left.
+  [[nodiscard]] bool spend(int more) noexcept {
+    if (more > left_) return false;
+    left_ -= std::max(more, 0);
+    return true;
+  }
+
+ private:
+  int left_ = split_budget - 1;
+};
 
 // The ways on behind an entry that took a path: every exit, and straight on with what a partial entry leaves. Calls push(exit, weight) for
-// each, or above the budget for one that stands for all: then false.
+// each, or above the budget for one that stands for all, chosen by weight: then false.
 template <class Random, class Push>
-[[nodiscard]] bool send_on(const Edits& edits, const Crossing& crossing, int alive, Random&& random, Push&& push) noexcept {
+[[nodiscard]] bool send_on(const Edits& edits, const Crossing& crossing, SplitBudget& budget, Random&& random, Push&& push) noexcept {
   const Edit& edit = edits[crossing.edit];
   const float taken = edit.is_partial ? edits.weight(crossing.edit, crossing.uv) : 1;
   const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
-  if (alive + copies <= split_budget) {
+  if (budget.spend(copies - 1)) {
     for (int exit = 0; exit < exits; ++exit) push(exit, taken);
     if (taken < 1) push(straight_on, 1 - taken);
     return true;
   }
-  const int chosen = pick_one(random(), copies);
-  const auto all = static_cast<float>(copies);
-  if (chosen < exits)
-    push(chosen, taken * all);
+  const float of_exits = taken * static_cast<float>(exits), all = of_exits + (1 - taken), at = random() * all;
+  if (at < of_exits)
+    push(std::min(static_cast<int>(at / taken), exits - 1), all);
   else
-    push(straight_on, (1 - taken) * all);
+    push(straight_on, all);
   return false;
 }
 

@@ -23,7 +23,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
   branches_[0] = start;
-  branch_count_ = 1;
+  branch_count_ = 1, budget_ = {};
   Vertex vertex;
   while (branch_count_ > 0) {
     LightPath path = branches_[--branch_count_];
@@ -103,7 +103,7 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
   }
   const double before = count.energy_out;
   const auto push = [&](int exit, float weight) { push_copy(path, crossing, exit, weight); };
-  if (!send_on(scene_.edits(), crossing, branch_count_, [this] { return random(); }, push)) ++counts.split_capped;
+  if (!send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) ++counts.split_capped;
   const double gained = count.energy_out - before - energy;
   (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }

@@ -61,6 +61,7 @@ class LightTracer {
   Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   std::array<LightPath, split_budget> branches_;
   int branch_count_ = 0;
+  SplitBudget budget_;
   int light_ = 0;  // where the paths being traced started
   Hit emitter_{};
   std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits

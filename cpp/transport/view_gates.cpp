@@ -53,15 +53,16 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
     return c.exit == QuadId::entry ? 1 - taken : taken;
   };
   int ways = 0;
-  for (const Crossing& c : plane) ways += way(c) > 0 ? 1 : 0;
+  float all = 1;  // weight of all ways, the straight one's is 1
+  for (const Crossing& c : plane)
+    if (const float weight = way(c); weight > 0) ++ways, all += weight;
   if (path.gates >= edits.max_gates()) counts.gates_capped += static_cast<std::uint64_t>(std::exchange(ways, 0));
-  if (ways > 0 && branch_count_ + ways + 1 > split_budget) {  // the path itself goes on too
+  if (!budget_.spend(ways)) {
     ++counts.split_capped;
-    const int chosen = pick_one(random(), ways + 1);
-    const auto boost = static_cast<float>(ways + 1);
-    for (int left = chosen; const Crossing& c : plane)
-      if (const float weight = way(c); weight > 0 && left-- == 0) return go_backward(path, plane, c, weight * boost) ? Went::Elsewhere : Went::Nowhere;
-    path.weight *= boost;
+    float at = random() * all - 1;
+    for (auto c = plane.begin(); at >= 0 && c != plane.end(); ++c)
+      if (const float weight = way(*c); weight > 0 && (at -= weight) < 0) return go_backward(path, plane, *c, all) ? Went::Elsewhere : Went::Nowhere;
+    path.weight *= all;
   } else if (ways > 0) {
     for (const Crossing& c : plane) {
       const float weight = way(c);
@@ -123,7 +124,7 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
     return;
   }
   const auto push = [&](int exit, float weight) { push_view_copy(path, crossing, exit, weight); };
-  if (!send_on(scene_.edits(), crossing, branch_count_, [this] { return random(); }, push)) ++counts.split_capped;
+  if (!send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) ++counts.split_capped;
 }
 
 void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight) {

@@ -39,7 +39,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
   ++counts.view_paths;
   branches_[0] = path;
-  branch_count_ = 1;
+  branch_count_ = 1, budget_ = {};
   while (branch_count_ > 0) {
     ViewPath branch = branches_[--branch_count_];
     const BranchClock clock(counts, branch.last_edit);
@@ -149,7 +149,7 @@ bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
   bool all_delta = true;
   for (int i = 0; i < bsdf.count; ++i)
     if (bsdf.lobes[i].event == Event::S) ++lobes, all_delta = all_delta && bsdf.lobes[i].delta;
-  if (path.depth == 0 && lobes > 1 && all_delta && branch_count_ + lobes <= split_budget) {
+  if (path.depth == 0 && lobes > 1 && all_delta && budget_.spend(lobes - 1)) {
     for (int i = 0; i < bsdf.count; ++i) {
       if (bsdf.lobes[i].event != Event::S) continue;
       if (const auto sample = sample_lobe(bsdf, i, vertex.point.wo, pair(path, 1))) {

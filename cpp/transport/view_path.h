@@ -177,6 +177,7 @@ class ViewTracer {
   std::vector<std::uint64_t> takers_;  // scratch of takers_from()
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;
+  SplitBudget budget_;
   Vertex vertex_, far_;  // scratch: too large to copy about
 };
 

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What limits cut off is counted and said: depth, gates, alpha layers, memory for the states of paths."""
+"""What limits cut off is counted and said: depth, gates, alpha layers, memory for the states of paths. Branches beyond the split budget
+are stood for by others."""
 
 import re
 
 import pytest
-from scenes import Scene, diffuse, exit_at, mirror, quad, render, shader
+from scenes import Scene, diffuse, emission, exit_at, mirror, quad, render, seeds, shader
+from statistics_of_renders import assert_mean, assert_same_mean
 
 PASSES = {"passes": 2, "photons": 4096, "pilot_paths": 4096}
 
@@ -76,6 +78,58 @@ def test_alpha_layers(count, want):
     """In front of the eye, on photon paths, on gather segments: all of them meet the veils."""
     for lowest in (0.5, 3.0):  # of the lamp, of the eye
         assert capped(veils(count, lowest), photons=64, pilot_paths=1024)[0] == want
+
+
+# --- branches ---------------------------------------------------------------------------------------------------------------------------
+
+BRANCHES = 16  # of one path tree
+
+
+def add_row(scene, count, amount=0.5, intensity=0.8):
+    """Panes, one above the other under the lamp, in one pyramid of its light: each lets it pass in place, some of it dimmed."""
+    for i in range(count):
+        z = 0.5 + 0.1 * i
+        half = 0.4 * (2 - z)
+        scene.edit("LF*", quad((0, 0, z), (half, 0, 0), (0, half, 0)), [exit_at((0, 0, z), (half, 0, 0), (0, half, 0), intensity=intensity)],
+                   name=f"Pane {i}", amount=amount)  # fmt: skip
+    scene.description["max_gates"] = count
+    return scene
+
+
+def test_a_row_of_partial_edits_takes_bounded_time():
+    """Twelve in a row, two copies at each: not 2¹² of them."""
+    done = render(add_row(lit(), 12), passes=2, photons=1024, pilot_paths=64, use_indirect=False)
+    edits = done.statistics["edits"]
+    into_the_row = edits[-1]["matched"]  # the uppermost pane is the first
+    assert into_the_row > 20
+    assert 12 * into_the_row < sum(edit["moved"] for edit in edits) <= 12 * BRANCHES * into_the_row
+    assert done.statistics["dropped"]["split_capped"] > 0
+
+
+def test_a_row_of_partial_edits_keeps_its_light():
+    """Each pane leaves 0.5 + 0.5 · 0.8 of it; as much as one pane that takes all and dims it so."""
+    settings = {"passes": 4, "photons": 8192, "pilot_paths": 4096, "use_indirect": False}
+    row = seeds(add_row(lit(), 12), 8, **settings)
+    one = seeds(add_row(lit(), 1, amount=1, intensity=0.9**12), 8, **settings, seed=100)
+    assert_same_mean(row.stack("Edited").sum((1, 2, 3)), one.stack("Edited").sum((1, 2, 3)), finest=0.1)
+
+
+def glowing(count):
+    scene = Scene(size=16)
+    scene.plane("Panel", [(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)], emission((1, 1, 1), 1.0))
+    for i in range(count):
+        at = ((0, 0, 0.5 + 0.1 * i), (2, 0, 0), (0, 2, 0))
+        scene.edit("LF*", quad(*at), [exit_at(*at, intensity=0.8)], name=f"Pane {i}", amount=0.5)
+    scene.description["max_gates"] = count
+    return scene
+
+
+def test_a_row_of_partial_edits_before_the_eye():
+    """Three ways at each pane: taken by its exit, by what it leaves, not at all."""
+    settings = {"photons": 64, "pilot_paths": 64, "use_indirect": False}
+    counters = render(glowing(10), passes=1, **settings).statistics
+    assert 2 * BRANCHES < counters["rays"] / counters["view_paths"] <= 11 * BRANCHES
+    assert_mean(seeds(glowing(4), 8, passes=16, **settings).stack().mean((1, 2, 3)), 0.9**4, finest=0.1)
 
 
 # --- memory -----------------------------------------------------------------------------------------------------------------------------
