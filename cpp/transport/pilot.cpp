@@ -18,7 +18,7 @@ constexpr float seen_share = 0.5f;     // towards what the camera sees: by direc
 constexpr std::size_t most_targets = 64;
 constexpr int paths_per_entry = 256;  // that find out whether it takes light that is aimed at it
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
-// fewer are noise themselves.
+// fewer are noise themselves. A disk at v should find as many as that.
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
@@ -260,7 +260,7 @@ class Pilot {
       double most = 0;
       for (int n = 0; n < 27; ++n)
         if (const float* count = here.find(p + V3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1) * edge)) most = std::max<double>(most, *count);
-      return static_cast<float>(edge * std::sqrt(fewest_photons / (pi * std::max(most * per_pass, 1e-3))));
+      return static_cast<float>(edge * std::sqrt(most_photons / (pi * std::max(most * per_pass, 1e-3))));
     });
     guide.disks = std::move(found);
   }

@@ -9,14 +9,14 @@ namespace sluice {
 struct TransportSettings {
   std::uint64_t seed = 0;     // already mixed with the frame when use_animated_seed
   int photons = 65536;        // paths emitted per pass
-  int pilot_paths = 1 << 17;  // of the guide; fewer in previews
+  int pilot_paths = 1 << 16;  // of the guide; fewer in previews
   int max_depth = 12;         // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
   bool use_adaptive_sampling = true;  // several samples of a pixel in each pass where a pilot finds noise
   std::size_t state_memory = std::size_t{2} << 30;  // bytes, of the states of paths (edit/path_state.h) of all threads together
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
-  float most_widening = 2.5f;       // of that radius where the pilot finds few photons; 1: never
+  float caustic_radius_range = 2.5f;  // that radius is at most so many times wider or narrower where the pilot finds few or many photons; 1: never
 };
 
 // What one table of states may hold: a thread has one for light paths and one for view paths, and edits are explained with one more.

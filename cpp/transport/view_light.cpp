@@ -27,7 +27,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   const std::uint32_t first_pair = at_v ? 2 : 6;
   const Bsdf& bsdf = vertex.bsdf;
   const V3f& wo = vertex.point.wo;
-  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), pair(path, first_pair).x);
+  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), first(path, first_pair));
   if (!choice) return;
   const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, pair(path, first_pair + 1));
   if (!sample || !(sample->pdf > 0)) return;
@@ -170,7 +170,7 @@ ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, cons
 // light found by lobe sampling.
 void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
   if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
-  const auto sample = sluice::sample(v.bsdf, v.point.wo, pair(path, 4).x, pair(path, 5), gathering);
+  const auto sample = sluice::sample(v.bsdf, v.point.wo, v.bsdf.count > 1 ? first(path, 4) : 0, pair(path, 5), gathering);
   if (!sample || !(sample->pdf > 0)) return;
   Arms arms = arms_of(path, v, *sample);
   const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf};

@@ -183,14 +183,16 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   ++path.depth;
 }
 
-// Some footprints of a pixel; more where the pilot found so few photons that noise would hide every feature of that size. Rounding of
-// positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+// Some footprints of a pixel; more where the pilot found so few photons that noise would hide every feature of that size, fewer where
+// there are enough for sharper edges. Rounding of positions sets the floor: below it photons of one surface no longer share a disk
+// (numerics D6).
 float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcept {
   const auto extent = static_cast<float>(scene_.extent());
   const double footprint = path.width + path.spread * path.length;
-  const float radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), 1e-6f * extent, 0.02f * extent);
+  const float least = 1e-6f * extent, radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), least, 0.02f * extent);
   const float* needed = guide_->disks.find(v);
-  return (needed ? std::clamp(*needed, radius, settings_.most_widening * radius) : radius) * radius_scale_;
+  const float range = settings_.caustic_radius_range;
+  return (needed ? std::clamp(*needed, std::max(radius / range, least), radius * range) : radius) * radius_scale_;
 }
 
 }  // namespace sluice

@@ -150,7 +150,9 @@ class ViewTracer {
   [[nodiscard]] float close_radius(const ViewPath& path, const V3d& v) const noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
-  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(2 + 8 * static_cast<std::uint32_t>(path.depth) + which); }
+  [[nodiscard]] static std::uint32_t pair_of(const ViewPath& path, std::uint32_t which) noexcept { return 2 + 8 * static_cast<std::uint32_t>(path.depth) + which; }
+  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(pair_of(path, which)); }
+  [[nodiscard]] float first(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.first(pair_of(path, which)); }
 
   const Scene& scene_;
   const TransportSettings& settings_;

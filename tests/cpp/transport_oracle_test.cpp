@@ -170,7 +170,7 @@ TEST(Oracle, bias_falls_with_the_square_of_the_radius) {
   auto& e = s.edit("In", "L", facing({0, 0, 1}, {1.5, 0, 0.7}), 0.5);
   s.exit(e, facing({0, 0, 1}, {0, 0, 0.15}), 0.5);  // h = 0.25
   s.scene.frame = {40, 40, 1, 1, 0, 0, 40, 40, 1, true};
-  s.settings.photons = 16384;
+  s.settings.photons = 16384, s.settings.caustic_radius_range = 1;
   constexpr int side = 5;
   const auto scene = test::compiled(s.scene);
   const auto middle = [](const std::vector<Regions>& batches) {
