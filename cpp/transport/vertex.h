@@ -38,9 +38,6 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   return bsdf.ng;
 }
 
-// The most lamps with a shape that one segment can meet; more are not seen by lobe sampling.
-inline constexpr int max_lamps = 64;
-
 // The most alpha layers on one straight segment; beyond it the path is dropped and counted.
 inline constexpr int max_alpha_layers = 256;
 

@@ -223,7 +223,7 @@ EditSet ViewTracer::takers_from(const Vertex* far, std::span<const LampHit> lamp
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
 void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms) {
-  std::array<LampHit, max_lamps> lamps;
+  const std::span lamps(lamps_);
   int lamp_count = 0, next_lamp = 0;
   if (effects_.direct) {
     lamp_count = intersect_lamps(scene_, {segment.origin, segment.direction, t_end}, lamps);
@@ -236,7 +236,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
       add_emission(path, segment, lamp.light, lamp.radiance, nullptr, arms);
     }
   };
-  const EditSet takers = effects_.light_edits ? takers_from(far, std::span(lamps).first(static_cast<std::size_t>(lamp_count))) : EditSet();
+  const EditSet takers = effects_.light_edits ? takers_from(far, lamps.first(static_cast<std::size_t>(lamp_count))) : EditSet();
   if (!is_empty(takers)) {
     ++counts.edit_queries;
     scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, takers, crossings_);

@@ -115,8 +115,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
     const double t_end = hit ? hit->t : path.t_max;
-    std::array<LampHit, max_lamps> found;
-    const std::span lamps(found.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, found)));
+    const std::span lamps(lamps_.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
     const Went went = cross_gates(path, t_end, lamps);
     if (went == Went::Nowhere) return false;
     if (went == Went::Elsewhere) continue;

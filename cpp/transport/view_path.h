@@ -42,7 +42,7 @@ struct ViewPath {
 class ViewTracer {
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), layers_(scene.edits().layers().size()) {}
+      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), layers_(scene.edits().layers().size()), lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
@@ -176,6 +176,7 @@ class ViewTracer {
   Joins joins_;
   std::vector<HueStep> hues_;
   std::vector<Crossing> crossings_;
+  std::vector<LampHit> lamps_;         // of one segment; room for all there are
   std::vector<std::uint64_t> takers_;  // scratch of takers_from()
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;

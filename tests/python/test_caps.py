@@ -4,6 +4,7 @@ are stood for by others."""
 
 import re
 
+import numpy as np
 import pytest
 from scenes import Scene, diffuse, emission, exit_at, mirror, quad, render, seeds, shader
 from statistics_of_renders import assert_mean, assert_same_mean
@@ -78,6 +79,28 @@ def test_alpha_layers(count, want):
     """In front of the eye, on photon paths, on gather segments: all of them meet the veils."""
     for lowest in (0.5, 3.0):  # of the lamp, of the eye
         assert capped(veils(count, lowest), photons=64, pilot_paths=1024)[0] == want
+
+
+# --- what has no limit ------------------------------------------------------------------------------------------------------------------
+
+
+def lamps(count, place, direction, **more):
+    """One lamp as `count` of them, each with its share of the light."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.5))
+    for i in range(count):
+        scene.area(place, direction, 100 / count, name=f"Lamp {i}", **more)
+    return scene
+
+
+def test_no_lamp_of_many_is_left_out():
+    """100 at one place: as bright as one to the eye; and on a floor so near that lobe sampling finds them more often than next-event estimation."""
+    one, many = (render(lamps(count, (0, 0, 0.5), (0, 0, 1), visible_to_camera=True), passes=1, photons=64) for count in (1, 100))
+    np.testing.assert_allclose(many["Emission"], one["Emission"], rtol=1e-4)
+    assert one["Emission"].max() > 0
+    settings = {"passes": 64, "photons": 64, "pilot_paths": 64, "use_indirect": False, "use_caustics": False}
+    one, many = (seeds(lamps(count, (0, 0, 0.1), (0, 0, -1), size_x=3.0), 6, **settings) for count in (1, 100))
+    assert_same_mean(many.stack("Direct").mean((1, 2, 3)), one.stack("Direct").mean((1, 2, 3)), finest=0.02)
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------------------------
