@@ -37,7 +37,7 @@ def arguments():
     parser.add_argument("--photons", type=int, default=16384, help="per pass on the box (%(default)s)")
     parser.add_argument("--only", choices=("speed", "edits", "drag", "large", "small", "cornell"), help="one part alone")
     parser.add_argument("--make-reference", type=int, metavar="PASSES", help="render tests/bench/cornell.npy anew (4096: minutes), and nothing else")
-    parser.add_argument("--record", action="store_true", help="add the rows to tests/bench/results.csv, with commit and processor")
+    parser.add_argument("--record", action="store_true", help="add rows of error and of edits to tables in tests/bench/, with commit and processor")
     return parser.parse_args()
 
 
@@ -171,9 +171,9 @@ def processor() -> str:
     return f"{names[0] if names else 'unknown'}, {os.cpu_count()} threads"
 
 
-def record(rows: list[dict]):
-    """Adds rows of error against time to the committed table."""
-    path = ROOT / "tests/bench/results.csv"
+def record(rows: list[dict], name: str):
+    """Adds rows to a committed table."""
+    path = ROOT / "tests/bench" / name
     commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     old = list(csv.DictReader(path.open())) if path.exists() else []
     write_csv(path, old + [{"commit": commit, "processor": processor(), **row} for row in rows])
@@ -187,8 +187,11 @@ def measure(options) -> list[str]:
         made.append("speed.csv")
     if options.only in (None, "edits"):
         print("edits …", flush=True)
-        write_csv(options.out / "edits.csv", edits(options))
+        rows = edits(options)
+        write_csv(options.out / "edits.csv", rows)
         made.append("edits.csv")
+        if options.record:
+            record(rows, "edits.csv")
     if options.only in (None, "drag"):
         write_csv(options.out / "drag.csv", drag(options))
         made.append("drag.csv")
@@ -201,7 +204,7 @@ def measure(options) -> list[str]:
         write_csv(options.out / "error.csv", rows)
         made += ["error.csv", *(f"{scene}.png" for scene in scenes)]
         if options.record:
-            record(rows)
+            record(rows, "results.csv")
     return made
 
 
