@@ -111,10 +111,16 @@ struct LightChoice {
   int light;
   float pmf, u;  // u: the random number, stretched to [0, 1) again
 };
-// By a bound on what each light can do there when lights are few, else by power. normal 0: light from both sides counts. No light that
-// reaches the point has pmf 0. Empty: no light can.
-[[nodiscard]] std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u) noexcept;
-[[nodiscard]] float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light) noexcept;
+inline constexpr std::size_t few_lights = 16;
+// How much of what each of a few lights can do it really does; none: all of it.
+using LightTrust = std::span<const float>;
+
+// By a bound on what each light can do there, times its trust, when lights are few, else by power. normal 0: light from both sides
+// counts. No light that is trusted and reaches the point has pmf 0. Empty: no light can.
+[[nodiscard]] std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u, LightTrust trust = {}) noexcept;
+[[nodiscard]] float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust = {}) noexcept;
+// That bound, an irradiance (W/m²).
+[[nodiscard]] float importance(const Light& light, const V3d& point, const V3f& normal) noexcept;
 
 // ---- light that leaves (photons). Finite lights: position, then direction. Flux of a photon = eval_emission / (pdf_area · pdf).
 

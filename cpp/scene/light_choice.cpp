@@ -6,8 +6,6 @@
 namespace sluice {
 namespace {
 
-constexpr std::size_t few_lights = 16;
-
 // Can none of the lamp's light come this way? Slack on the side of "it can".
 bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
   if (!lamp.spot) return false;
@@ -37,6 +35,8 @@ float infinite_importance(const Light& light, const V3f& normal) noexcept {
   return cosine < -sun->tan_half - 1e-3f ? 0.0f : light.strength * std::max(0.1f, cosine);
 }
 
+}  // namespace
+
 float importance(const Light& light, const V3d& point, const V3f& normal) noexcept {
   const bool one_sided = normal.x != 0 || normal.y != 0 || normal.z != 0;
   if (is_infinite(light)) return one_sided ? infinite_importance(light, normal) : light.strength;
@@ -52,19 +52,17 @@ float importance(const Light& light, const V3d& point, const V3f& normal) noexce
   return static_cast<float>(light.strength * cosine / distance2);
 }
 
-}  // namespace
-
-std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u) noexcept {
+std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u, LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size();
   if (count == 0) return {};
-  if (count == 1) return LightChoice{0, 1, u};
+  if (count == 1 && trust.empty()) return LightChoice{0, 1, u};
   if (count > few_lights) {
     const auto choice = parts.lights_by_power.sample(u);
     return LightChoice{static_cast<int>(choice.index), choice.pmf, choice.u};
   }
   float cumulative[few_lights], sum = 0;
-  for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += importance(parts.lights[i], point, normal);
+  for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += importance(parts.lights[i], point, normal) * (trust.empty() ? 1 : trust[i]);
   if (!(sum > 0)) return {};
   std::size_t i = 0;
   const float target = u * sum;
@@ -74,15 +72,15 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
   return LightChoice{static_cast<int>(i), width / sum, std::clamp((target - low) / width, 0.0f, 0x1.fffffep-1f)};
 }
 
-float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light) noexcept {
+float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
-  if (count == 1) return 1;
+  if (count == 1 && trust.empty()) return 1;
   if (count > few_lights) return parts.lights_by_power.pmf(asked);
   float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
   for (std::size_t i = 0; i < count; ++i) {
     if (i == asked) before = sum;
-    sum += importance(parts.lights[i], point, normal);
+    sum += importance(parts.lights[i], point, normal) * (trust.empty() ? 1 : trust[i]);
     if (i == asked) through = sum;
   }
   return sum > 0 ? (through - before) / sum : 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/sampling.h"
+#include "scene/light.h"
 #include "transport/cells.h"
 #include "transport/sample_map.h"
 
@@ -74,6 +75,8 @@ struct SunPlane {
 };
 
 struct Guide {
+  // How next-event estimation chooses of a few lights: at v, and at y, where photon density has the straight light of those with 0.
+  std::vector<float> trust, trust_at_y;
   Distribution lights;                    // share of the photons of each light
   std::vector<Target> targets;
   std::vector<AimTable> aims;             // per light; empty for the world

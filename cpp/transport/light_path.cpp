@@ -132,11 +132,11 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
   count.energy_out += luminance(copy.flux);
 }
 
-// Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights too near for it.
+// Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.
 bool LightTracer::is_read(const LightPath& path, const Vertex& vertex) const noexcept {
   const Arrival arrival = arrival_of(path.last);
   if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return false;
-  if (arrival != Arrival::Direct) return true;
+  if (arrival != Arrival::Direct || (!trust_at_y.empty() && trust_at_y[static_cast<std::size_t>(light_)] == 0)) return true;
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 

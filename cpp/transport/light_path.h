@@ -44,6 +44,7 @@ class LightTracer {
 
   [[nodiscard]] StateTable& states() noexcept { return states_; }
   Counts counts;
+  LightTrust trust_at_y;  // of the guide
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;

@@ -20,19 +20,24 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves. A disk at v should find as many as that.
 constexpr double fewest_photons = 8, most_photons = 32;
+constexpr double hidden_variance = 1;  // of a next-event sample at y, against the square of its mean: photons leave a tenth of that
+constexpr float least_trust = 0.05f;   // of that of the most trusted light
+constexpr std::size_t points_per_light = 2048;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
 class VisibleCells {
  public:
   explicit VisibleCells(double extent) : cells_(0.04 * extent) {}
-  void add(const V3d& p) {
-    cells_.at(p);
-    points_.push_back(p);
+  // Met by a ray in that direction.
+  void add(const Hit& hit, const V3f& direction) {
+    cells_.at(hit.position);
+    hits_.push_back(hit);
+    if (hit.ng.dot(direction) > 0) hits_.back().ng = -hit.ng;
   }
   [[nodiscard]] bool contains(const V3f& p) const { return cells_.find(V3d(p)); }
-  [[nodiscard]] bool empty() const noexcept { return points_.empty(); }
-  [[nodiscard]] const std::vector<V3d>& points() const noexcept { return points_; }
+  [[nodiscard]] bool empty() const noexcept { return hits_.empty(); }
+  [[nodiscard]] const std::vector<Hit>& hits() const noexcept { return hits_; }  // ng on the side that was seen
   [[nodiscard]] const Cells& cells() const noexcept { return cells_; }
 
   // A sphere around all but the outermost 2 % of the points.
@@ -40,19 +45,19 @@ class VisibleCells {
     V3d middle(0);
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> x;
-      for (const V3d& p : points_) x.push_back(p[axis]);
+      for (const Hit& hit : hits_) x.push_back(hit.position[axis]);
       std::ranges::sort(x);
       middle[axis] = 0.5 * (x[x.size() / 100] + x[x.size() - 1 - x.size() / 100]);
     }
     std::vector<double> distance;
-    for (const V3d& p : points_) distance.push_back((p - middle).length());
+    for (const Hit& hit : hits_) distance.push_back((hit.position - middle).length());
     std::ranges::sort(distance);
     return {middle, static_cast<float>(distance[distance.size() * 98 / 100])};
   }
 
  private:
   Cells cells_;
-  std::vector<V3d> points_;
+  std::vector<Hit> hits_;
 };
 
 // Camera rays through mirrors and glass to v, and one diffuse segment on to y.
@@ -80,12 +85,12 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
       length += hit->t;
       V3f onward = ray.direction;
       if (vertex.bsdf.events() & gathering) {
-        seen.add(hit->position);
+        seen.add(*hit, ray.direction);
         mean.footprint += camera.width + camera.spread * length;
         ++count, ended = true;
         onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
         if (const auto far = scene.intersect(ray_from(*hit, onward))) {
-          seen.add(far->position);
+          seen.add(*far, onward);
           mean.length += far->t;
           ++far_count;
         }
@@ -154,6 +159,8 @@ class Pilot {
     guide.strategies.assign(power.size(), Distribution(even));
     guide.aims.resize(power.size());
     if (guide.lights.empty()) return guide;
+    try_lights(guide, seen);
+    for (LightTracer& tracer : tracers_) tracer.trust_at_y = guide.trust_at_y;
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
     if (!cancel_) size_disks(guide, seen);
@@ -209,6 +216,43 @@ class Pilot {
     return false;
   }
 
+  // What next-event estimation finds of each light, by two samples at each point: how much of what the light could do there, and how
+  // far the samples are apart. The sky of a room is seen through its window alone, a bulb through its shade: most shadow segments to it
+  // end on the way, where photons find the surfaces that it lights.
+  void try_lights(Guide& guide, const VisibleCells& seen) const {
+    const std::size_t lights = scene_.lights().size(), step = std::max<std::size_t>(1, seen.hits().size() / points_per_light);
+    if (lights > few_lights || seen.empty()) return;
+    for (std::size_t l = 0; l < lights; ++l) {
+      const Light& light = scene_.lights()[l];
+      double variance = 0, square_of_mean = 0, possible = 0;
+      for (std::size_t i = 0; i < seen.hits().size() && !cancel_; i += step) {
+        const Hit& hit = seen.hits()[i];
+        const std::uint64_t key = key_of(settings_.seed, Purpose::Pilot, 4, i);
+        const double a = irradiance(l, hit, Sampler(key, static_cast<std::uint32_t>(2 * l))), b = irradiance(l, hit, Sampler(key, static_cast<std::uint32_t>(2 * l + 1)));
+        variance += square(a - b) / 2, square_of_mean += a * b;
+        possible += square(static_cast<double>(importance(light, hit.position, hit.ng)));
+      }
+      const bool is_hidden = effects_.indirect && !is_delta(light) && light.casts_shadow && variance > hidden_variance * square_of_mean;
+      guide.trust.push_back(possible > 0 ? static_cast<float>(std::sqrt(square_of_mean / possible)) : 0);
+      guide.trust_at_y.push_back(is_hidden ? 0 : 1);
+    }
+    // One that was not found may still be there.
+    const float least = least_trust * std::ranges::max(guide.trust);
+    for (std::size_t l = 0; l < lights; ++l) {
+      guide.trust[l] = least > 0 ? std::max(guide.trust[l], least) : 1;
+      guide.trust_at_y[l] *= guide.trust[l];
+    }
+  }
+
+  // One sample, luminous.
+  [[nodiscard]] double irradiance(std::size_t light, const Hit& at, const Sampler& sampler) const {
+    const auto sample = sample_direct(scene_, static_cast<int>(light), at.position, sampler.first(0), sampler.pair(1));
+    const float cosine = sample ? sample->wi.dot(at.ng) : 0;
+    if (!(cosine > 0) || !(sample->pdf > 0)) return 0;
+    const auto left = scene_.transmittance(ray_from(at, sample->wi, sample->distance));
+    return left ? luminance(sample->radiance * *left) * cosine / sample->pdf : 0;
+  }
+
   // Traces the pilot's photons and turns what they brought into the shares of lights and targets.
   void share_out(Guide& guide, const VisibleCells& seen, int seen_target, const std::vector<float>& power) {
     const std::vector<Yield> yields = trace(guide, seen);
@@ -238,9 +282,9 @@ class Pilot {
   void size_gathers(Guide& guide, const VisibleCells& seen, double mean_length) {
     PhotonMap map;
     map.build(photons_, (1u << arrival_count) - 1, 2 * guide.radius, pool_, cancel_);
-    const std::size_t step = std::max<std::size_t>(1, seen.points().size() / 1024);
+    const std::size_t step = std::max<std::size_t>(1, seen.hits().size() / 1024);
     double found = 0, asked = 0;
-    for (std::size_t i = 0; i < seen.points().size(); i += step, ++asked) map.query(V3f(seen.points()[i]), guide.radius, [&](const Photon&) { ++found; });
+    for (std::size_t i = 0; i < seen.hits().size(); i += step, ++asked) map.query(V3f(seen.hits()[i].position), guide.radius, [&](const Photon&) { ++found; });
     const double expected = asked > 0 ? found / asked * settings_.photons / settings_.pilot_paths : 0;
     const auto radius_for = [&](double photons) { return expected > photons ? static_cast<float>(guide.radius * std::sqrt(photons / expected)) : guide.radius; };
     guide.least_radius = radius_for(fewest_photons), guide.most_radius = radius_for(most_photons);

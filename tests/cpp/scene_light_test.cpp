@@ -329,20 +329,26 @@ TEST(SceneLight, ChoiceIsADistributionAndMissesNobody) {
     for (int i = 0; i < 300; ++i) {
       const V3d from(random.real(-3, 3), random.real(-3, 3), random.real(-1, 2));
       const V3f normal = i % 3 ? random.direction() : V3f(0);
+      std::vector<float> trust;
+      if (i % 2 && static_cast<std::size_t>(count) <= few_lights) {
+        for (int light = 0; light < count; ++light) trust.push_back(light % 3 ? random.real(0.1, 1) : 0);
+      }
       double sum = 0;
-      for (int light = 0; light < count; ++light) sum += choice_pmf(*scene, from, normal, light);
+      for (int light = 0; light < count; ++light) sum += choice_pmf(*scene, from, normal, light, trust);
       EXPECT_TRUE(std::abs(sum - 1) < 1e-5 || sum == 0);
       for (int k = 0; k < 20; ++k) {
-        if (const auto choice = choose_light(*scene, from, normal, random.unit())) {
+        if (const auto choice = choose_light(*scene, from, normal, random.unit(), trust)) {
           ASSERT_GT(choice->pmf, 0);
-          ASSERT_FLOAT_EQ(choice->pmf, choice_pmf(*scene, from, normal, choice->light));
+          ASSERT_FLOAT_EQ(choice->pmf, choice_pmf(*scene, from, normal, choice->light, trust));
+          ASSERT_TRUE(trust.empty() || trust[static_cast<std::size_t>(choice->light)] > 0);
           ASSERT_GE(choice->u, 0);
           ASSERT_LT(choice->u, 1);
         }
         const int light = static_cast<int>(random.bits() % static_cast<unsigned>(count));
         const auto sample = sample_direct(*scene, light, from, random.unit(), random.pair());
         const bool lit = sample && !is_black(sample->radiance) && (normal == V3f(0) || sample->wi.dot(normal) > 0);
-        ASSERT_TRUE(!lit || choice_pmf(*scene, from, normal, light) > 0) << light;
+        const bool trusted = trust.empty() || trust[static_cast<std::size_t>(light)] > 0;
+        ASSERT_TRUE(!lit || !trusted || choice_pmf(*scene, from, normal, light, trust) > 0) << light;
       }
     }
   }

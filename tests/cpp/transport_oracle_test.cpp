@@ -53,6 +53,22 @@ TEST(Oracle, every_kind_of_light) {
   compare("five lights, two edits by light", s, Which::Forward, lit);
 }
 
+// Most shadow segments to this lamp end at its shade: photons light y instead, and at v it is asked less often.
+TEST(Oracle, hidden_light) {
+  Stage s = under_point_lamp();
+  s.area("Sky", {0, 0, 2.2}, 2.4f, 60, {0.5f, 0.7f, 1});
+  s.plate("Shade", facing({0, 0, 1}, {0.2, 0, 2}, 1.2, 1.4), painted({0.2f, 0.2f, 0.2f}));
+  const auto scene = test::compiled(s.scene);
+  const Guide guide = make_guide(*scene, s.settings, find_effects(*scene, s.settings), pool(), std::atomic<bool>(false));
+  EXPECT_GT(guide.trust_at_y.at(0), 0);
+  EXPECT_EQ(guide.trust_at_y.at(1), 0);
+  EXPECT_LT(guide.trust.at(1), 0.5f * guide.trust.at(0));
+  compare("lamp behind a shade", s, Which::Forward, lit);
+  auto& e = s.edit("In", "L'Sky'", facing({0, 0, 1}, {-0.2, 0, 0.6}), 0.4);
+  s.exit(e, facing({0.3, 0, 1}, {0.2, 0.1, 0.7}, 1, 1, 0.5), 0.4).intensity = 2;
+  compare("lamp behind a shade, edited", s, Which::Forward, lit);
+}
+
 TEST(Oracle, caustic_moved_and_removed) {
   Stage s = with_glass_ball();
   compare("caustic", s, Which::Forward, lit);
