@@ -8,7 +8,7 @@ import pytest
 import sluice_core
 from scenes import Scene, diffuse, emission, exit_at, glass, looking, mirror, quad, render, start
 
-SETTINGS = {"passes": 5, "photons": 5000, "threads": 2, "use_adaptive_sampling": True}  # no whole block, no whole chunk
+SETTINGS = {"passes": 5, "photons": 5000, "threads": 2, "use_adaptive_sampling": True, "caustic_radius_range": 2.5}  # no whole block, no whole chunk
 
 
 def room(edited=True):
