@@ -74,9 +74,13 @@ struct SunPlane {
   [[nodiscard]] float pdf(float pdf_uv, const V3f& direction) const noexcept { return pdf_uv / (4 * half * half * std::abs(direction.dot(frame.n))); }
 };
 
+// How next-event estimation chooses of a few lights: at v, and at y, where photon density has the straight light of those with 0.
+struct LightTrusts {
+  std::vector<float> at_v, at_y;
+};
+
 struct Guide {
-  // How next-event estimation chooses of a few lights: at v, and at y, where photon density has the straight light of those with 0.
-  std::vector<float> trust, trust_at_y;
+  LightTrusts trust;
   Distribution lights;                    // share of the photons of each light
   std::vector<Target> targets;
   std::vector<AimTable> aims;             // per light; empty for the world

@@ -24,7 +24,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
 
   pool.parallel_for(chunk_count, [&](std::size_t c, int thread) {
     LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
-    tracer.counts = {}, tracer.trust_at_y = context.guide.trust_at_y;
+    tracer.counts = {}, tracer.trust_at_y = context.guide.trust.at_y;
     chunks_[c].clear();
     chunk_thread_[c] = thread;
     const int end = std::min(paths, static_cast<int>(c + 1) * paths_per_chunk);

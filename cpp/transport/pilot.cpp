@@ -6,6 +6,7 @@
 
 #include "transport/density.h"
 #include "transport/light_path.h"
+#include "transport/light_trust.h"
 #include "transport/pass.h"
 #include "transport/targets.h"
 
@@ -20,9 +21,6 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves. A disk at v should find as many as that.
 constexpr double fewest_photons = 8, most_photons = 32;
-constexpr double hidden_variance = 1;  // of a next-event sample at y, against the square of its mean: photons leave a tenth of that
-constexpr float least_trust = 0.05f;   // of that of the most trusted light
-constexpr std::size_t points_per_light = 2048;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -159,8 +157,8 @@ class Pilot {
     guide.strategies.assign(power.size(), Distribution(even));
     guide.aims.resize(power.size());
     if (guide.lights.empty()) return guide;
-    try_lights(guide, seen);
-    for (LightTracer& tracer : tracers_) tracer.trust_at_y = guide.trust_at_y;
+    guide.trust = try_lights(scene_, settings_, effects_, seen.hits(), cancel_);
+    for (LightTracer& tracer : tracers_) tracer.trust_at_y = guide.trust.at_y;
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
     if (!cancel_) size_disks(guide, seen);
@@ -214,43 +212,6 @@ class Pilot {
       if (tracer.counts.edits[static_cast<std::size_t>(edit)].moved > before) return true;
     }
     return false;
-  }
-
-  // What next-event estimation finds of each light, by two samples at each point: how much of what the light could do there, and how
-  // far the samples are apart. The sky of a room is seen through its window alone, a bulb through its shade: most shadow segments to it
-  // end on the way, where photons find the surfaces that it lights.
-  void try_lights(Guide& guide, const VisibleCells& seen) const {
-    const std::size_t lights = scene_.lights().size(), step = std::max<std::size_t>(1, seen.hits().size() / points_per_light);
-    if (lights > few_lights || seen.empty()) return;
-    for (std::size_t l = 0; l < lights; ++l) {
-      const Light& light = scene_.lights()[l];
-      double variance = 0, square_of_mean = 0, possible = 0;
-      for (std::size_t i = 0; i < seen.hits().size() && !cancel_; i += step) {
-        const Hit& hit = seen.hits()[i];
-        const std::uint64_t key = key_of(settings_.seed, Purpose::Pilot, 4, i);
-        const double a = irradiance(l, hit, Sampler(key, static_cast<std::uint32_t>(2 * l))), b = irradiance(l, hit, Sampler(key, static_cast<std::uint32_t>(2 * l + 1)));
-        variance += square(a - b) / 2, square_of_mean += a * b;
-        possible += square(static_cast<double>(importance(light, hit.position, hit.ng)));
-      }
-      const bool is_hidden = effects_.indirect && !is_delta(light) && light.casts_shadow && variance > hidden_variance * square_of_mean;
-      guide.trust.push_back(possible > 0 ? static_cast<float>(std::sqrt(square_of_mean / possible)) : 0);
-      guide.trust_at_y.push_back(is_hidden ? 0 : 1);
-    }
-    // One that was not found may still be there.
-    const float least = least_trust * std::ranges::max(guide.trust);
-    for (std::size_t l = 0; l < lights; ++l) {
-      guide.trust[l] = least > 0 ? std::max(guide.trust[l], least) : 1;
-      guide.trust_at_y[l] *= guide.trust[l];
-    }
-  }
-
-  // One sample, luminous.
-  [[nodiscard]] double irradiance(std::size_t light, const Hit& at, const Sampler& sampler) const {
-    const auto sample = sample_direct(scene_, static_cast<int>(light), at.position, sampler.first(0), sampler.pair(1));
-    const float cosine = sample ? sample->wi.dot(at.ng) : 0;
-    if (!(cosine > 0) || !(sample->pdf > 0)) return 0;
-    const auto left = scene_.transmittance(ray_from(at, sample->wi, sample->distance));
-    return left ? luminance(sample->radiance * *left) * cosine / sample->pdf : 0;
   }
 
   // Traces the pilot's photons and turns what they brought into the shares of lights and targets.

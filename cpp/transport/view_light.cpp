@@ -27,7 +27,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   const std::uint32_t first_pair = at_v ? 2 : 6;
   const Bsdf& bsdf = vertex.bsdf;
   const V3f& wo = vertex.point.wo;
-  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), first(path, first_pair), at_v ? guide_->trust : guide_->trust_at_y);
+  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), first(path, first_pair), at_v ? guide_->trust.at_v : guide_->trust.at_y);
   if (!choice) return;
   const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, pair(path, first_pair + 1));
   if (!sample || !(sample->pdf > 0)) return;
@@ -290,7 +290,7 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
     if (!effects_.direct) return;
     if (light >= 0) {
       if (!scene_.lights()[static_cast<std::size_t>(light)].casts_shadow) return;  // found by next-event estimation alone
-      radiance *= mis(segment.pdf, choice_pmf(scene_, segment.origin, segment.normal, light, guide_->trust) * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
+      radiance *= mis(segment.pdf, choice_pmf(scene_, segment.origin, segment.normal, light, guide_->trust.at_v) * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
     }
   }
   for (const Arm& arm : arms) {

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which lights next-event estimation asks. The bound by which a light is chosen (choose_light) knows of no walls: the sky outside of a
+// room would take most samples and bring nothing. Tried out where the camera looks, before the first pass; changes noise alone.
+#pragma once
+#include <atomic>
+#include <span>
+
+#include "transport/effects.h"
+#include "transport/guide.h"
+#include "transport/settings.h"
+
+namespace sluice {
+
+// `seen`: what view paths meet at v and y, ng on the side they came from. Empty where lights are many or nothing is seen.
+[[nodiscard]] LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, const std::atomic<bool>& cancel);
+
+}  // namespace sluice
