@@ -56,7 +56,7 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size();
   if (count == 0) return {};
-  if (count == 1 && trust.empty()) return LightChoice{0, 1, u};
+  if (count == 1 && (trust.empty() || trust[0] > 0)) return LightChoice{0, 1, u};
   if (count > few_lights) {
     const auto choice = parts.lights_by_power.sample(u);
     return LightChoice{static_cast<int>(choice.index), choice.pmf, choice.u};
@@ -75,7 +75,7 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
 float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
-  if (count == 1 && trust.empty()) return 1;
+  if (count == 1 && (trust.empty() || trust[0] > 0)) return 1;
   if (count > few_lights) return parts.lights_by_power.pmf(asked);
   float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
   for (std::size_t i = 0; i < count; ++i) {
