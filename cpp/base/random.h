@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Randomised quasi-Monte Carlo (design §5): shuffled, Owen-scrambled Sobol' pairs, and a base-4 sequence dealt to four streams. A sample is a pure function of (key, index,
-// dimension pair), so passes may run in any order, on any thread, in any process. Hash-based scrambling: Burley 2020, JCGT 9(4),
-// with the improved Laine-Karras hash of Vegdahl.
+// Randomised quasi-Monte Carlo (design §5): shuffled, Owen-scrambled Sobol' pairs, and a base-4 sequence dealt to four streams. A sample
+// is a pure function of (key, index, dimension pair), so passes may run in any order, on any thread, in any process. Hash-based
+// scrambling: Burley 2020, JCGT 9(4), with the improved Laine-Karras hash of Vegdahl.
 #pragma once
 #include <bit>
 #include <cstdint>

@@ -52,17 +52,33 @@ float importance(const Light& light, const V3d& point, const V3f& normal) noexce
   return static_cast<float>(light.strength * cosine / distance2);
 }
 
+namespace {
+
+// With which one of few lights is chosen.
+struct Weight {
+  const Scene::Parts& parts;
+  const V3d& point;
+  const V3f& normal;
+  LightTrust trust;
+  float operator()(std::size_t light) const noexcept { return importance(parts.lights[light], point, normal) * (trust.empty() ? 1 : trust[light]); }
+};
+
+bool is_alone(std::size_t count, LightTrust trust) noexcept { return count == 1 && (trust.empty() || trust[0] > 0); }
+
+}  // namespace
+
 std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u, LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size();
   if (count == 0) return {};
-  if (count == 1 && (trust.empty() || trust[0] > 0)) return LightChoice{0, 1, u};
+  if (is_alone(count, trust)) return LightChoice{0, 1, u};
   if (count > few_lights) {
     const auto choice = parts.lights_by_power.sample(u);
     return LightChoice{static_cast<int>(choice.index), choice.pmf, choice.u};
   }
+  const Weight weight{parts, point, normal, trust};
   float cumulative[few_lights], sum = 0;
-  for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += importance(parts.lights[i], point, normal) * (trust.empty() ? 1 : trust[i]);
+  for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += weight(i);
   if (!(sum > 0)) return {};
   std::size_t i = 0;
   const float target = u * sum;
@@ -75,12 +91,13 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
 float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
-  if (count == 1 && (trust.empty() || trust[0] > 0)) return 1;
+  if (is_alone(count, trust)) return 1;
   if (count > few_lights) return parts.lights_by_power.pmf(asked);
+  const Weight weight{parts, point, normal, trust};
   float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
   for (std::size_t i = 0; i < count; ++i) {
     if (i == asked) before = sum;
-    sum += importance(parts.lights[i], point, normal) * (trust.empty() ? 1 : trust[i]);
+    sum += weight(i);
     if (i == asked) through = sum;
   }
   return sum > 0 ? (through - before) / sum : 0;

@@ -19,7 +19,7 @@ constexpr float seen_share = 0.5f;     // towards what the camera sees: by direc
 constexpr std::size_t most_targets = 64;
 constexpr int paths_per_entry = 256;  // that find out whether it takes light that is aimed at it
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
-// fewer are noise themselves. A disk at v should find as many as that.
+// fewer are noise themselves. A disk at v should find the most of these.
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
