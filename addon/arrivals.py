@@ -12,6 +12,7 @@ from .export.settings import export_settings
 
 _PLACE, _NOTHING = "Edit Light Here", "LL"
 _POLL = 0.1
+_NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}  # nobody looks at it
 
 
 def ask(depsgraph, collections, matrix):
@@ -23,14 +24,20 @@ def ask(depsgraph, collections, matrix):
     frame = {"width": 4, "height": 4, "x0": 0, "y0": 0, "x1": 4, "y1": 4, "pixel_aspect_x": 1.0, "pixel_aspect_y": 1.0,
              "filter_width": 1.0, "filter_box": True}
     description = export.export_scene(depsgraph, camera, frame, context)
-    quad = {"name": _PLACE, "matrix": matrix, "half_size": 1.0, "offset": 0.0, "order": 1 + len(depsgraph.objects)}
+    quad = {"name": _PLACE, "matrix": matrix, "half_size": 1.0, "offset": 0.0, "order": _last_order(description["edits"])}
     description["edits"].append({"entry": quad, "expression": _NOTHING, "enabled": True, "repeat": False, "amount": 1.0,
                                  "feather": 0.0, "exits": [], "collections": []})
-    settings = {**export_settings(depsgraph.scene_eval), "passes": 1, "photons": 64, "time_limit": 0.0, "error_target": 0.0,
-                "use_edits": True, "explain_edits": True}
+    settings = {**export_settings(depsgraph.scene_eval), **_NO_PICTURE, "time_limit": 0.0, "error_target": 0.0, "use_edits": True,
+                "explain_edits": True}
     session = core.new_session()
     session.start(description, settings)
     return session
+
+
+def _last_order(edits):
+    """Behind all quads of one plane: what others take there is gone before it arrives."""
+    quads = [quad for edit in edits for quad in (edit["entry"], *(out["quad"] for out in edit["exits"]))]
+    return 1 + max((quad["order"] for quad in quads), default=0)
 
 
 def answer(session):

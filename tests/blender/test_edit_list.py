@@ -210,6 +210,17 @@ def test_light_that_is_taken_before_is_told(cube_mesh, new_object):
         assert session.wait(60) and arrivals.answer(session) == ([], name)
 
 
+def test_the_question_comes_after_all_edits_and_costs_little(entries, fake_core):
+    """Whatever orders there are: in one plane, what others take is gone before. Nobody looks at the picture."""
+    from mathutils import Matrix
+    from sluice import arrivals
+    bpy.data.objects["First Exit"].sluice.order = 1000
+    arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+    assert fake_core.last_description["edits"][-1]["entry"]["order"] == 1001
+    settings = fake_core.last_settings
+    assert settings["pilot_paths"] <= 1024 and not settings["use_adaptive_sampling"]
+
+
 def test_move_lays_the_exit_that_is_there(entries):
     bpy.context.view_layer.objects.active = entries[0]
     exit_, = _exits("First")
