@@ -20,4 +20,4 @@ def export_settings(scene, threads=None):
 def for_preview(settings):
     """Little work for a material preview: a thumbnail that appears at once."""
     return {**settings, "passes": min(settings["passes"], 8), "photons": min(settings["photons"], 30000),
-            "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0, "use_adaptive_sampling": False}
+            "pilot_paths": 8192, "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0, "use_adaptive_sampling": False}
