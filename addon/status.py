@@ -10,7 +10,7 @@ from . import passes
 
 _STOPS = {
     'passes': "all passes done", 'time': "stopped by the time limit", 'error': "stopped at the error target",
-    'cancelled': "cancelled", 'cancel': "cancelled",
+    'cancelled': "cancelled",
 }
 
 
