@@ -99,7 +99,7 @@ def _run(engine, job, session):
     job.description = None  # the core has its own copy now
     names = [item.name for item in job.passes]
     stream = status.Stream(engine, result, names, enabled=not status.in_background())
-    log = status.ProgressLog()
+    log = status.ProgressLog(job.settings["frame"], job.layer)
     stopped = False
     while not session.wait(POLL):
         if engine.test_break():

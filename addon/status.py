@@ -106,14 +106,18 @@ class Stream:
 
 class ProgressLog:
     """One JSON object per line for each pass that ended, into the file that the environment variable SLUICE_PROGRESS_LOG names (none:
-    nothing happens). For tools that plot error against time; the last line holds statistics and warnings too."""
+    nothing happens). For tools that plot error against time; a render's last line holds statistics and warnings too. A process begins
+    the file anew and appends its other renders: the frames of an animation, each of its view layers."""
 
     _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
+    _begun = set()  # files of this process
 
-    def __init__(self):
+    def __init__(self, frame, layer):
         path = os.environ.get("SLUICE_PROGRESS_LOG")
-        self._file = open(path, "w", encoding="utf-8") if path else None  # noqa: SIM115  (closed by close, or with the process)
-        self._pass = 0
+        mode = "a" if path in self._begun else "w"
+        self._begun.add(path)
+        self._file = open(path, mode, encoding="utf-8") if path else None  # noqa: SIM115  (closed by close, or with the process)
+        self._pass, self._of = 0, {"frame": frame, "view_layer": layer}
 
     def write(self, session):
         if self._file is None or session.progress()["pass"] == self._pass:
@@ -131,5 +135,5 @@ class ProgressLog:
 
     def _put(self, session, more):
         progress = session.progress()
-        row = {key: progress[key] for key in self._KEYS}
+        row = {**self._of, **{key: progress[key] for key in self._KEYS}}
         print(json.dumps({**row, "effects": session.statistics()["effects"], **more}), file=self._file, flush=True)

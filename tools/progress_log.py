@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the progress that Sluice writes while it renders, when the environment variable SLUICE_PROGRESS_LOG names a file.
 
-One JSON object per line whenever a pass has ended: seconds, pass, passes, photons, error_estimate (relative, 0.05 = 5 %, null while
-unknown), stop_reason, effects (rows of name, runs, why); on the last line also statistics and warnings (rows of item, message)."""
+One JSON object per line whenever a pass has ended: frame, view_layer, seconds, pass, passes, photons, error_estimate (relative, 0.05 =
+5 %, null while unknown), stop_reason, effects (rows of name, runs, why); on a render's last line also statistics and warnings (rows of
+item, message). Renders of one process follow each other."""
 
 import json
 import math

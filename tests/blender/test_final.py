@@ -381,6 +381,19 @@ def test_progress_log(fake_core, monkeypatch, tmp_path):
     assert "statistics" in rows[-1] and "statistics" not in rows[0]
 
 
+def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):
+    """Of every frame; a new process begins the file anew."""
+    import json
+    path = tmp_path / "log.jsonl"
+    path.write_text("of a process before\n")
+    monkeypatch.setenv("SLUICE_PROGRESS_LOG", str(path))
+    edited_scene.render.filepath = str(tmp_path / "frame_")
+    bpy.ops.render.render(animation=True)
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    assert [row["frame"] for row in rows if "statistics" in row] == [1, 2]
+    assert {row["view_layer"] for row in rows} == {bpy.context.view_layer.name}
+
+
 def test_status_lines():
     from sluice import status
     progress = {"state": 'rendering', "pass": 3, "passes": 64, "photons": 3145678, "seconds": 72, "seconds_left": 3723.4,
