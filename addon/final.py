@@ -110,9 +110,9 @@ def _run(engine, job, session):
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
+    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once, of a failure too
     if progress["state"] == 'failed':
         raise core_failure(progress)
-    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once
     images = session.snapshot(names)
     if images is None:
         if stopped:

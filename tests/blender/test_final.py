@@ -90,6 +90,15 @@ def test_warnings_let_the_render_go_on(edited_scene, launch, tmp_path, how):
     assert len(list(tmp_path.rglob("frame_*"))) == (1 if how == "-f 1" else 2)
 
 
+def test_a_failure_keeps_the_warnings(edited_scene, launch, tmp_path):
+    """They may say why."""
+    edited_scene.objects["Light Edit"].scale = (0, 1, 1)
+    edited_scene.objects["Light Edit"].sluice.expression = "L(S"
+    done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
+    assert done.returncode != 0 and "sluice: error: Light Edit: column 4" in done.stderr
+    assert "sluice: warning: Light Edit: the quad has no area" in done.stderr
+
+
 def test_no_camera_is_blenders_own_error(edited_scene, launch, tmp_path):
     edited_scene.camera = None
     done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
