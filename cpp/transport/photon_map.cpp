@@ -7,10 +7,12 @@ namespace sluice {
 
 void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel) {
   const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; };
+  photons_.clear();
   std::vector<std::size_t> offset(chunks.size() + 1, 0);
   pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
     if (!cancel) offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken));
   });
+  if (cancel) return;  // chunks may be missing from the count
   for (std::size_t c = 0; c < chunks.size(); ++c) offset[c + 1] += offset[c];
 
   const std::size_t count = offset.back();
@@ -24,13 +26,12 @@ void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arri
     for (const Photon& photon : chunks[c])
       if (taken(photon)) keys_[i++] = bucket(cell_of(photon.position.x), cell_of(photon.position.y), cell_of(photon.position.z));
   });
+  if (cancel) return;  // some keys may be those of a pass before
 
   // Counting sort, stable: within a bucket photons keep the order of their paths.
   start_.assign(buckets + 1, 0);
   for (const std::uint32_t key : keys_) ++start_[key + 1];
   for (std::uint32_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
-  photons_.clear();
-  if (cancel) return;
   photons_.resize(count);
   x_.resize(count + 8), y_.resize(count + 8), z_.resize(count + 8);
   std::size_t i = 0;
