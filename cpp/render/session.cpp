@@ -230,7 +230,7 @@ StopReason Session::should_stop(double last_pass_seconds) {
     const double error = film_->relative_error();  // only this thread writes to the film
     const std::lock_guard lock(lock_);
     progress_.relative_error = error;
-    if (settings_.error_target > 0 && pass >= 2 * stream_count && error <= settings_.error_target) return StopReason::Error;
+    if (settings_.error_target > 0 && pass >= 2 * stream_count && error >= 0 && error <= settings_.error_target) return StopReason::Error;
   }
   const double seconds = elapsed();
   if (settings_.time_limit > 0 && seconds + last_pass_seconds / 2 > settings_.time_limit) return StopReason::Time;

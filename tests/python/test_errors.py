@@ -68,6 +68,15 @@ def test_bad_quads_leave_the_picture_of_no_edit():
         assert done.hash == plain.hash, name
 
 
+def test_a_black_picture_reaches_no_error_target():
+    """It says nothing about what it has not found."""
+    scene = Scene(size=8)
+    scene.floor(diffuse(0.8))
+    scene.point((0, 0, -1), 10.0)
+    done = render(scene, passes=12, photons=64, pilot_paths=64, error_target=50.0)
+    assert (done.progress["stop_reason"], done.progress["pass"]) == ("passes", 12) and done["Combined"].max() == 0
+
+
 def test_bad_triangles_leave_the_others():
     """One triangle of the floor has a vertex at NaN: its half is gone, the other is as before."""
     scene = Scene(size=16)
