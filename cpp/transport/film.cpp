@@ -55,7 +55,7 @@ void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& sa
       add(normal_at, sample->normal);
       add(albedo_at, sample->albedo);
       p[alpha_at] += sample->alpha;
-      p[depth_at] += sample->depth;
+      if (pass == 0) p[depth_at] = sample->depth;
       for (int i = 0; i < layer_count_; ++i) add(layers_at + 3 * i, *layer++);
     }
   ++tile_passes_[tile_index][stream];
@@ -110,7 +110,8 @@ std::vector<float> Film::image(const std::string& name) const {
         const float mean = luminance(Color(e.mean));
         to[0] = mean > 0 ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean) : 0;
       } else {
-        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, at + i) / count);
+        const int samples = at == depth_at ? 1 : count;
+        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, at + i) / samples);
       }
     }
   return out;

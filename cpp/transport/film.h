@@ -24,7 +24,7 @@ inline constexpr int part_count = 5;
 struct PixelSample {
   std::array<Color, part_count> parts;    // radiance, W/m²/sr
   float alpha = 0;                        // 0 where the world is seen
-  float depth = 0;                        // along the view axis (m); the world: 1e10, as Blender has it
+  float depth = 0;                        // along the view axis (m); the world: 1e10, as Blender has it. No mean: between two things there is nothing
   V3f normal{0};                          // shading normal at the first hit
   Color albedo{0};                        // directional albedo there
 
@@ -32,11 +32,12 @@ struct PixelSample {
   [[nodiscard]] Color combined() const noexcept { return parts[0] + parts[1] + parts[2] + parts[3] + parts[4]; }
   void operator+=(const PixelSample& o) noexcept {
     for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
-    alpha += o.alpha, depth += o.depth, normal += o.normal, albedo += o.albedo;
+    alpha += o.alpha, normal += o.normal, albedo += o.albedo;
+    if (depth == 0) depth = o.depth;  // of the first sample that has one
   }
   PixelSample& operator*=(float factor) noexcept {
     for (Color& part : parts) part *= factor;
-    alpha *= factor, depth *= factor, normal *= factor, albedo *= factor;
+    alpha *= factor, normal *= factor, albedo *= factor;
     return *this;
   }
 };
@@ -70,7 +71,7 @@ class Film {
   void close_block();  // after the last pass of a block (or of the render)
 
   // A pass by its public name ("Combined", "Depth", …, "Noise", a layer's): float, `channels(name)` per pixel, row 0 at the bottom. Each tile is
-  // divided by its own number of passes, so an unfinished pass may be looked at. Unknown names give an empty vector.
+  // divided by its own number of passes, so an unfinished pass may be looked at; Depth is that of pass 0. Unknown names give an empty vector.
   [[nodiscard]] int channels(const std::string& name) const noexcept;
   [[nodiscard]] static bool is_fixed(const std::string& name) noexcept;  // a pass of its own, that no layer may be called
   [[nodiscard]] std::vector<float> image(const std::string& name) const;

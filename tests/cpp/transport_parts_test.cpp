@@ -220,6 +220,22 @@ TEST(Film, PartsSumToCombinedAndTilesMayComeInAnyOrder) {
   EXPECT_FLOAT_EQ(forward.image("Depth")[0], 2);
 }
 
+// At an edge some samples see the world, 1e10 m away: a mean would lie where nothing is.
+TEST(Film, DepthIsThatOfOneSampleOfPassZero) {
+  const auto pixel = [](float a, float b) {  // the mean of two samples
+    PixelSample mean, first, second;
+    first.depth = a, second.depth = b;
+    mean += first *= 0.5f;
+    return mean += second *= 0.5f, std::vector<PixelSample>{mean};
+  };
+  Film in_order(1, 1), backward(1, 1);
+  for (int pass = 0; pass < 6; ++pass) in_order.add_tile(0, pass, pixel(pass == 0 ? 3 : 1e10f, 1e10f));
+  for (int pass = 6; pass-- > 0;) backward.add_tile(0, pass, pixel(pass == 0 ? 3 : 1e10f, 1e10f));
+  EXPECT_EQ(in_order.image("Depth")[0], 3.0f);
+  EXPECT_EQ(backward.image("Depth")[0], 3.0f);
+  EXPECT_EQ(in_order.hash(), backward.hash());
+}
+
 // The estimate is the truth on average: pixels of pure noise with a known standard deviation.
 TEST(Film, RelativeErrorIsThatOfTheNoise) {
   constexpr int side = 64, passes = 64;
