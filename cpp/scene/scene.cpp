@@ -92,8 +92,7 @@ std::optional<Color> Scene::transmittance(const Ray& ray) const noexcept {
   if (!parts.has_transparent_shadows) return left;
   Ray rest = ray;
   SurfacePoint point;
-  constexpr int most_surfaces = 1024;  // a bound on what one ray may cost
-  for (int i = 0; i < most_surfaces; ++i) {
+  for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const ShadowRay left_over(rest);
     const auto raw = parts.accelerator.nearest(left_over.origin, left_over.direction, left_over.t_max, mask_shadow_transparent);
     if (!raw) return left;

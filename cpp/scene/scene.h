@@ -30,6 +30,9 @@ struct Bounds {
   void add(const V3d& p) noexcept;
 };
 
+// The most transparent surfaces on one straight segment, of light and of shadows alike: a bound on what it may cost.
+inline constexpr int max_alpha_layers = 256;
+
 class Scene {
  public:
   ~Scene();

@@ -38,7 +38,4 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   return bsdf.ng;
 }
 
-// The most alpha layers on one straight segment; beyond it the path is dropped and counted.
-inline constexpr int max_alpha_layers = 256;
-
 }  // namespace sluice

@@ -202,5 +202,16 @@ TEST(SceneRay, TransmittanceMultiplies) {
   EXPECT_EQ(scene->transmittance({V3d(0.1, 0.05, -1), V3f(0, 0, 1), 4.5}), Color(1.0f / 32, 1.0f / 1024, 1));
 }
 
+// As many as any other segment.
+TEST(SceneRay, TransmittanceFollowsSoManyLayers) {
+  for (const int layers : {max_alpha_layers - 1, max_alpha_layers}) {
+    SceneDescription description;
+    const int glass = add(description, see_through(Color(1))), mesh = add(description, grid());
+    for (int i = 0; i < layers; ++i) place(description, mesh, translation({0, 0, 0.1 * i}), glass);
+    const auto left = compiled(description)->transmittance({V3d(0.1, 0.05, -1), V3f(0, 0, 1), 1000});
+    EXPECT_EQ(left.has_value(), layers < max_alpha_layers) << layers;
+  }
+}
+
 }  // namespace
 }  // namespace sluice::test
