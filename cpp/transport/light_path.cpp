@@ -47,7 +47,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     const auto crossing = edits.first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
     path.at_edit = -1;
     if (crossing) {
-      pass_gate(path, *crossing);
+      meet_light_edit(path, *crossing);
       return false;
     }
   }
@@ -62,7 +62,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     }
     if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing);
     if (crossing) {
-      pass_gate(path, *crossing);
+      meet_light_edit(path, *crossing);
       return false;
     }
     if (!hit) {
@@ -91,7 +91,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
 }
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
-void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noexcept {
+void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept {
   EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   const double energy = luminance(path.flux);
   ++count.matched;
@@ -102,13 +102,13 @@ void LightTracer::pass_gate(const LightPath& path, const Crossing& crossing) noe
     return;
   }
   const double before = count.energy_out;
-  const auto push = [&](int exit, float weight) { push_copy(path, crossing, exit, weight); };
+  const auto push = [&](int exit, float weight) { push_light_copy(path, crossing, exit, weight); };
   if (!send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) ++counts.split_capped;
   const double gained = count.energy_out - before - energy;
   (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }
 
-void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
+void LightTracer::push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
   const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
   if (!passage) {
     ++counts.grazing_dropped;

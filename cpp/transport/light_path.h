@@ -48,8 +48,8 @@ class LightTracer {
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
-  void pass_gate(const LightPath& path, const Crossing& crossing) noexcept;
-  void push_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
+  void meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept;
+  void push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
   [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
