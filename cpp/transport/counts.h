@@ -3,7 +3,9 @@
 // capped. One set per piece of work, added up in the order of the pieces, so the sums do not depend on threads.
 #pragma once
 #include <chrono>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "base/colour.h"
@@ -20,6 +22,11 @@ struct Ledger {
     escaped += o.escaped, removed += o.removed, capped += o.capped, clamped += o.clamped;
   }
   [[nodiscard]] double residual() const noexcept { return emitted + added + sampling - absorbed - escaped - removed - capped - clamped; }
+  // Of what was emitted; infinite where some term is no number.
+  [[nodiscard]] double relative_residual() const noexcept {
+    const double part = std::abs(residual()) / emitted;
+    return emitted == 0 ? 0 : std::isfinite(part) ? part : std::numeric_limits<double>::infinity();
+  }
 };
 
 struct EditCounts {

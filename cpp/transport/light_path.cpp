@@ -167,6 +167,12 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   float total = 0;
   for (int i = 0; i < bsdf.count; ++i) total += bsdf.lobes[i].choice;
   const double expected = luminance(path.flux * albedo(bsdf, vertex.point.wo, any_lobe));
+  const auto drop = [&](double energy) {
+    counts.ledger.capped += energy;
+    ++counts.non_finite;
+    return false;
+  };
+  if (!std::isfinite(expected)) return drop(before);
   counts.ledger.absorbed += before - expected;
   const auto lose = [&](double sampled) { counts.ledger.sampling += sampled - expected; };
   if (!(total > 0)) return lose(0), false;
@@ -187,14 +193,12 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   path.flux /= survival, path.throughput /= survival;
   const float factor = adjoint_factor(bsdf, lobe, vertex.point.wo, sample->wi), clamped = std::min(factor, max_adjoint);
   path.flux *= weight;
-  counts.ledger.clamped += luminance(path.flux) * (factor - clamped);
-  lose(luminance(path.flux) * factor);
+  const double scattered = luminance(path.flux);
   path.flux *= clamped;
+  if (!is_finite(path.flux)) return drop(expected);
+  counts.ledger.clamped += scattered * (factor - clamped);
+  lose(scattered * factor);
   if (clamped < factor) ++counts.adjoint_clamped;
-  if (!is_finite(path.flux)) {
-    ++counts.non_finite;
-    return false;
-  }
   if (is_black(path.flux)) return false;
 
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "scene_fixtures.h"
+#include "transport/counts.h"
 #include "transport/film.h"
 #include "transport/pass.h"
 #include "transport/photon_map.h"
@@ -254,6 +255,15 @@ TEST(Film, RelativeErrorIsThatOfTheNoise) {
   const double expected = 0.5 / std::sqrt(passes) / std::sqrt(1.01);
   worst = std::abs(film.relative_error() / expected - 1);
   EXPECT_LT(worst, 4 * std::sqrt(2.0 / 3) / side / 2) << "four standard errors of a variance from 4 streams over 64² pixels";
+}
+
+TEST(Ledger, ATermThatIsNoNumberIsTheWorstOfErrors) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  EXPECT_DOUBLE_EQ((Ledger{.emitted = 2, .absorbed = 1}).relative_residual(), 0.5);
+  EXPECT_EQ((Ledger{.emitted = 2, .absorbed = nan}).relative_residual(), infinity);
+  EXPECT_EQ((Ledger{.emitted = nan}).relative_residual(), infinity);
+  EXPECT_EQ((Ledger{.emitted = infinity, .absorbed = 1}).relative_residual(), infinity);
+  EXPECT_EQ(Ledger{}.relative_residual(), 0);
 }
 
 // Numerics D7.

@@ -84,6 +84,22 @@ TEST(Pass, LedgerCloses) {
   }
 }
 
+// A floor and a ceiling that multiply light by 1e20 soon make it infinite: it ends there, and the ledger still closes.
+TEST(Pass, LightThatNoNumberHoldsIsBookedAsCapped) {
+  SceneDescription description = small_world();
+  description.edits.clear();
+  description.materials[0] = test::diffuse(1e20f);
+  description.instances[1] = description.instances[0];
+  description.instances[1].matrix = test::scaling({3, 3, 1}) * test::translation({0, 0, 5});
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 2);
+  (void)renderer.pass_hash(0);
+  const Ledger& ledger = renderer.counts.ledger;
+  EXPECT_GT(renderer.counts.non_finite, 0u);
+  EXPECT_GT(ledger.capped, 1e20);
+  EXPECT_LT(std::abs(ledger.residual()), 1e-9 * ledger.capped);
+}
+
 // What lamps emit, by photons, is what their panel says: 300 W white.
 TEST(Pass, EmitsTheLampsWatts) {
   const auto scene = test::compiled(small_world());
