@@ -24,21 +24,32 @@ class SplitBudget {
   int left_ = split_budget - 1;
 };
 
-// The ways on behind an entry that took a path: every exit, and straight on with what a partial entry leaves. Calls push(exit, weight) for
-// each, or above the budget for one that stands for all, chosen by weight: then false.
-template <class Random, class Push>
-[[nodiscard]] bool send_on(const Edits& edits, const Crossing& crossing, SplitBudget& budget, Random&& random, Push&& push) noexcept {
-  const Edit& edit = edits[crossing.edit];
-  const float taken = edit.is_partial ? edits.weight(crossing.edit, crossing.uv) : 1;
-  const int exits = taken > 0 ? static_cast<int>(edit.exits.size()) : 0, copies = exits + (taken < 1 ? 1 : 0);
-  if (budget.spend(copies - 1)) {
+// The ways on behind an entry that took a path: every exit, and straight on with what a partial entry leaves.
+struct WaysOn {
+  float taken;  // weight of each exit
+  int exits;
+
+  WaysOn(const Edits& edits, const Crossing& crossing) noexcept : taken(edits[crossing.edit].is_partial ? edits.weight(crossing.edit, crossing.uv) : 1),
+        exits(taken > 0 ? static_cast<int>(edits[crossing.edit].exits.size()) : 0) {}
+  [[nodiscard]] int count() const noexcept { return exits + (taken < 1 ? 1 : 0); }
+  template <class Push>
+  void for_each(Push&& push) const noexcept {
     for (int exit = 0; exit < exits; ++exit) push(exit, taken);
     if (taken < 1) push(straight_on, 1 - taken);
+  }
+};
+
+// Calls push(exit, weight) for each, or above the budget for one that stands for all, chosen by weight: then false.
+template <class Random, class Push>
+[[nodiscard]] bool send_on(const Edits& edits, const Crossing& crossing, SplitBudget& budget, Random&& random, Push&& push) noexcept {
+  const WaysOn ways(edits, crossing);
+  if (budget.spend(ways.count() - 1)) {
+    ways.for_each(push);
     return true;
   }
-  const float of_exits = taken * static_cast<float>(exits), all = of_exits + (1 - taken), at = random() * all;
+  const float of_exits = ways.taken * static_cast<float>(ways.exits), all = of_exits + (1 - ways.taken), at = random() * all;
   if (at < of_exits)
-    push(std::min(static_cast<int>(at / taken), exits - 1), all);
+    push(std::min(static_cast<int>(at / ways.taken), ways.exits - 1), all);
   else
     push(straight_on, all);
   return false;

@@ -14,6 +14,7 @@ namespace sluice {
 
 // Luminous flux (W, luminance-weighted) on the photon side. It closes: emitted + added + sampling = absorbed + escaped + removed +
 // capped + clamped. `sampling` is signed: what roulette and the choice of lobes or exits gave or took against their expectation.
+// `added` and `removed` are what edits do, all exits together; `capped` also what is dropped as too grazing or no number.
 struct Ledger {
   double emitted = 0, added = 0, sampling = 0, absorbed = 0, escaped = 0, removed = 0, capped = 0, clamped = 0;
 

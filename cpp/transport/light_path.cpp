@@ -101,25 +101,38 @@ void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossin
     counts.ledger.capped += energy;
     return;
   }
-  const double before = count.energy_out;
-  const auto push = [&](int exit, float weight) { push_light_copy(path, crossing, exit, weight); };
-  if (!send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) ++counts.split_capped;
-  const double gained = count.energy_out - before - energy;
+  double sent = 0, expected = 0;
+  const auto push = [&](int exit, float weight) { sent += push_light_copy(path, crossing, exit, weight); };
+  if (send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) {
+    expected = sent;
+  } else {
+    ++counts.split_capped;
+    WaysOn(scene_.edits(), crossing).for_each([&](int exit, float weight) { expected += copy_of(path, crossing, exit, weight).energy; });
+    counts.ledger.sampling += sent - expected;
+  }
+  const double gained = expected - energy;
   (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }
 
-void LightTracer::push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
-  const auto passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction);
-  if (!passage) {
-    ++counts.grazing_dropped;
-    return;
+// A copy that cannot go on has the light that came in, in no other measure than its weight.
+LightTracer::Copy LightTracer::copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept {
+  Copy copy{.passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction), .energy = static_cast<double>(luminance(path.flux)) * weight};
+  if (!copy.passage) return copy;
+  copy.flux = apply_hue(path.flux * (copy.passage->gain * weight), copy.passage->hue);
+  if (is_finite(copy.flux)) copy.energy = luminance(copy.flux);
+  return copy;
+}
+
+// Returns its energy, sent on or lost.
+double LightTracer::push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
+  const auto [passage, flux, energy] = copy_of(path, crossing, exit, weight);
+  if (!passage || !is_finite(flux)) {
+    ++(passage ? counts.non_finite : counts.grazing_dropped);
+    counts.ledger.capped += energy;
+    return energy;
   }
   LightPath& copy = branches_[branch_count_] = path;
-  copy.flux = apply_hue(path.flux * (passage->gain * weight), passage->hue);
-  if (!is_finite(copy.flux)) {
-    ++counts.non_finite;
-    return;
-  }
+  copy.flux = flux;
   copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0), copy.t_min = 0;
   copy.q = states_.through(path.q, crossing.edit);
   copy.last = Event::F;
@@ -129,7 +142,8 @@ void LightTracer::push_light_copy(const LightPath& path, const Crossing& crossin
   ++branch_count_;
   EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
   ++count.moved;
-  count.energy_out += luminance(copy.flux);
+  count.energy_out += energy;
+  return energy;
 }
 
 // Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.

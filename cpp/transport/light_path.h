@@ -49,7 +49,13 @@ class LightTracer {
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
   void meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept;
-  void push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
+  struct Copy {
+    std::optional<Passage> passage;  // empty: too grazing at the exit
+    Color flux{0};
+    double energy = 0;
+  };
+  [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept;
+  double push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
   [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;

@@ -100,6 +100,46 @@ TEST(Pass, LightThatNoNumberHoldsIsBookedAsCapped) {
   EXPECT_LT(std::abs(ledger.residual()), 1e-9 * ledger.capped);
 }
 
+// Above the split budget one exit stands for all: which one is chance, not light that the edit adds or takes.
+TEST(Pass, TheChoiceOfAnExitIsBookedAsSampling) {
+  SceneDescription description = small_world("L");
+  description.instances.pop_back();
+  EditDescription& edit = description.edits[0];
+  edit.exits.clear();
+  double intensities = 0;
+  for (int i = 0; i < split_budget + 4; ++i) {
+    edit.exits.push_back({.quad = quad(numbered("Exit ", i), at({1.8, 0, 0}), 1 + i, 0.9), .intensity = i == 3 ? 5.0f : 0.01f});
+    intensities += static_cast<double>(edit.exits.back().intensity);
+  }
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 2);
+  (void)renderer.pass_hash(0);
+  const Ledger& ledger = renderer.counts.ledger;
+  const EditCounts& count = renderer.counts.edits[0];
+  EXPECT_GT(renderer.counts.split_capped, 100u);
+  EXPECT_NEAR(ledger.removed - ledger.added, count.energy_in * (1 - intensities), 1e-5 * count.energy_in);
+  EXPECT_GT(std::abs(count.energy_out - count.energy_in * intensities), 1e-3 * count.energy_in);  // this pass had luck, good or bad
+  EXPECT_LT(ledger.relative_residual(), 1e-6);
+}
+
+// A normal map that turns light into the plane of the exit: lost by a limit, not by the artist.
+TEST(Pass, CopiesThatGrazeTheirExitAreBookedAsCapped) {
+  SceneDescription description = small_world("L");
+  description.instances.pop_back();
+  description.lights[0] = {};
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  description.images.push_back(make_image("Grazing", 1, 1, {1, 0.5f, 0.50025f, 1}, ColorSpace::NonColor));
+  description.edits[0].exits[0].normal_map = 0;
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 2);
+  (void)renderer.pass_hash(0);
+  const Ledger& ledger = renderer.counts.ledger;
+  EXPECT_GT(renderer.counts.grazing_dropped, 100u);
+  EXPECT_EQ(ledger.removed, 0);
+  EXPECT_GE(ledger.capped, renderer.counts.edits[0].energy_in * (1 - 1e-9));
+  EXPECT_LT(ledger.relative_residual(), 1e-6);
+}
+
 // What lamps emit, by photons, is what their panel says: 300 W white.
 TEST(Pass, EmitsTheLampsWatts) {
   const auto scene = test::compiled(small_world());
