@@ -90,14 +90,30 @@ int Witness::after(int word, Event kind, int thing) noexcept {
 
 void Witness::look(int word, double energy, const Segment& segment, const std::optional<Crossing>& capture) noexcept {
   const Quad& quad = edits_[edit_].entry;
-  if (word < 0 || segment.excluded_group == quad.group || crossing_count_ == static_cast<int>(crossings_.size())) return;
+  if (segment.excluded_group == quad.group) return;
   const auto hit = intersect(quad, segment.origin, segment.direction);
   if (!hit || hit->t <= segment.t_min || hit->t > segment.t_max) return;
-  const bool in_plane = capture && capture->group == quad.group;
-  if (capture && (in_plane ? std::pair(capture->order, capture->edit) < std::pair(edits_[edit_].order, edit_) : capture->t < hit->t))
-    taker_ = capture->edit;
+  const bool is_taken = capture && (capture->group == quad.group ? is_first(*capture) : capture->t < hit->t);
+  note({word, energy, segment.direction.dot(quad.frame.n) > 0}, is_taken ? capture : std::nullopt);
+}
+
+void Witness::look_at_exit(const LightPath& path, const std::optional<Crossing>& capture) noexcept {
+  const Quad& quad = edits_[edit_].entry;
+  if (path.at_edit == edit_ || edits_.quad(path.at_edit, path.at_exit).group != quad.group || !locate(quad, path.origin)) return;
+  const bool is_taken = capture && is_first(*capture);
+  note({path.word, luminance(path.flux), V3d(path.direction).dot(quad.frame.n) > 0}, is_taken ? capture : std::nullopt);
+}
+
+bool Witness::is_first(const Crossing& capture) const noexcept {
+  return std::pair(capture.order, capture.edit) < std::pair(edits_[edit_].order, edit_);
+}
+
+void Witness::note(const Crossed& crossed, const std::optional<Crossing>& taken_before) noexcept {
+  if (crossed.word < 0 || crossing_count_ == static_cast<int>(crossings_.size())) return;
+  if (taken_before)
+    taker_ = taken_before->edit;
   else
-    crossings_[static_cast<std::size_t>(crossing_count_++)] = {word, energy, segment.direction.dot(quad.frame.n) > 0};
+    crossings_[static_cast<std::size_t>(crossing_count_++)] = crossed;
 }
 
 std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, const std::atomic<bool>& cancel) {

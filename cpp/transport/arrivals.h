@@ -16,6 +16,8 @@
 
 namespace sluice {
 
+struct LightPath;
+
 // Light paths write down their events here and which of them cross a quad. Bounded: what does not fit is left out.
 class Witness {
  public:
@@ -25,6 +27,8 @@ class Witness {
   [[nodiscard]] int after(int word, Event kind, int thing) noexcept;
   // A piece of a path, up to what it meets; `capture`: an entry takes it before.
   void look(int word, double energy, const Segment& segment, const std::optional<Crossing>& capture) noexcept;
+  // The same for a path that has just left an exit in the quad's own plane: its next segment does not cross that any more.
+  void look_at_exit(const LightPath& path, const std::optional<Crossing>& capture) noexcept;
   void clear() noexcept { event_count_ = crossing_count_ = 0, taker_ = -1; }
 
   struct Step {
@@ -42,6 +46,9 @@ class Witness {
   [[nodiscard]] std::span<const Crossed> crossed() const noexcept { return {crossings_.data(), static_cast<std::size_t>(crossing_count_)}; }
 
  private:
+  void note(const Crossed& crossed, const std::optional<Crossing>& taken_before) noexcept;
+  [[nodiscard]] bool is_first(const Crossing& capture) const noexcept;  // of entries in one plane
+
   const Edits& edits_;
   int edit_;
   int event_count_ = 0, crossing_count_ = 0, taker_ = -1;

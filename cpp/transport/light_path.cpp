@@ -45,6 +45,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   const Edits& edits = scene_.edits();
   if (path.at_edit >= 0) {
     const auto crossing = edits.first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
+    if (witness_) witness_->look_at_exit(path, crossing);
     path.at_edit = -1;
     if (crossing) {
       meet_light_edit(path, *crossing);

@@ -59,6 +59,21 @@ def test_an_edit_that_acts_is_a_witness_too():
     assert done.edit("Void")["crossed"] == 0 and done.edit("Void")["arrivals"] == []
 
 
+def test_what_another_edit_lays_down_arrives_in_its_plane_too():
+    """A second entry on the first one's exit, in one plane; a third below the second hears who takes it."""
+    scene = slab_scene("LS+", exits=[exit_at((0.6, 0, 0), *HALF)])
+    scene.edit("LDDDD", quad((0.6, 0, 0), *HALF), AWAY, name="Second")
+    scene.edit("LDDDD", quad((0.6, 0, 0), *HALF), AWAY, name="Third")
+    second = found(scene).edit("Second")
+    moved = "L'Sun'S'It\\'s a slab'+F'Edit'"
+    assert moved in dict(second["arrivals"]) and second["taken"] == 0
+    scene.description["edits"][1]["expression"] = moved
+    done = found(scene)
+    assert done.edit("Second")["matched"] > 20 and moved in dict(done.edit("Second")["arrivals"])
+    third = done.edit("Third")
+    assert moved not in dict(third["arrivals"]) and third["taken"] > 20 and third["taker"] == "Second"
+
+
 @pytest.mark.parametrize("height", [0.0, 0.1])
 def test_light_that_another_edit_takes_before(height):
     """In front of an entry, or in its plane with a lower order: what is left crosses it, the thief is named."""
