@@ -25,7 +25,6 @@ class Camera {
   [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
-  [[nodiscard]] const V3f& axis() const noexcept { return forward_; }
 
  private:
   [[nodiscard]] V2f sample_lens(const V2f& u) const noexcept;

@@ -72,7 +72,6 @@ struct Light {
 
 [[nodiscard]] bool is_infinite(const Light& light) noexcept;  // sun, world
 [[nodiscard]] bool is_delta(const Light& light) noexcept;     // true point, parallel sun: only sample_direct finds it
-[[nodiscard]] inline float power(const Light& light) noexcept { return light.power; }
 
 // ---- light seen from a point
 

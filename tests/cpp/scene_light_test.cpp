@@ -244,7 +244,7 @@ TEST(SceneLight, EmissionAgreesWithDirectLight) {
         << test.name;
     // a closed mesh sends half of its light inwards
     const double inside = test.name == "emissive ball" ? 0.5 : 1;
-    expect_mean(total, inside * power(scene->lights()[0]), test.name + ": watts", 1e-4);
+    expect_mean(total, inside * scene->lights()[0].power, test.name + ": watts", 1e-4);
   }
 }
 

@@ -114,7 +114,7 @@ TEST(SceneSurface, SlotsChooseMaterials) {
   EXPECT_TRUE(scene->material(*upper).emits());
   EXPECT_EQ(scene->instance_materials(0).size(), 2u);
   ASSERT_EQ(scene->lights().size(), 1u);
-  EXPECT_NEAR(power(scene->lights()[0]), 2 * pi * 2 * 2, 1e-4);  // both sides of half of the square
+  EXPECT_NEAR(scene->lights()[0].power, 2 * pi * 2 * 2, 1e-4);  // both sides of half of the square
 }
 
 }  // namespace
