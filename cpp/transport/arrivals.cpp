@@ -132,7 +132,7 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
     std::vector<std::uint64_t> takers(found.size(), 0);
     std::vector<Photon> photons;
     for (int path = 0; path < paths && !cancel; ++path, ++found[e].probed) {
-      const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 3, e), static_cast<std::uint32_t>(path));
+      const Sampler sampler(key_of(settings.seed, PilotPurpose::Arrivals, e), static_cast<std::uint32_t>(path));
       const auto photon = emit_photon(scene, guide, sampler);
       if (!photon) continue;
       photons.clear(), witness.clear();

@@ -37,7 +37,7 @@ LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, co
     const Light& light = scene.lights()[l];
     Findings sum;
     for (std::size_t i = 0; i < seen.size() && !cancel; i += step) {
-      const std::uint64_t key = key_of(settings.seed, Purpose::Pilot, 4, i);
+      const std::uint64_t key = key_of(settings.seed, PilotPurpose::Lights, i);
       const auto sample = [&](std::size_t index) { return irradiance(scene, static_cast<int>(l), seen[i], Sampler(key, static_cast<std::uint32_t>(index))); };
       const double a = sample(2 * l), b = sample(2 * l + 1);
       sum.variance += square(a - b) / 2, sum.square_of_mean += a * b;

@@ -13,10 +13,14 @@
 
 namespace sluice {
 
-// Names of the random keys: what a number is drawn for.
+// Names of the random keys: what a number is drawn for. What is found out before the first pass or after the last has a second name.
 enum class Purpose : std::uint64_t { Photons = 1, View, PhotonChoices, ViewChoices, Pilot };
+enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Lights };
 [[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, Purpose purpose, std::uint64_t a, std::uint64_t b = 0) noexcept {
   return mix(mix(mix(seed, static_cast<std::uint64_t>(purpose)), a), b);
+}
+[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, PilotPurpose purpose, std::uint64_t a = 0) noexcept {
+  return key_of(seed, Purpose::Pilot, static_cast<std::uint64_t>(purpose), a);
 }
 
 // r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).

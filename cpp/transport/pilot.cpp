@@ -70,7 +70,7 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
   int count = 0, far_count = 0;
   Vertex vertex;
   for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
-    const Sampler sampler(key_of(settings.seed, Purpose::Pilot, 0), static_cast<std::uint32_t>(i));
+    const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
     const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
     Ray ray = camera.ray;
@@ -206,7 +206,7 @@ class Pilot {
     const std::uint64_t before = tracer.counts.edits[static_cast<std::size_t>(edit)].moved;
     std::vector<Photon> photons;
     for (int path = 0; path < paths_per_entry && !cancel_; ++path) {
-      const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 1), static_cast<std::uint32_t>(path));
+      const Sampler sampler(key_of(settings_.seed, PilotPurpose::Entries), static_cast<std::uint32_t>(path));
       photons.clear();
       if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
       if (tracer.counts.edits[static_cast<std::size_t>(edit)].moved > before) return true;
@@ -280,7 +280,7 @@ class Pilot {
       std::vector<Photon> photons;
       const auto begin = static_cast<std::uint32_t>(c) * paths_per_chunk, end = std::min(begin + paths_per_chunk, static_cast<std::uint32_t>(paths));
       for (std::uint32_t path = begin; path < end && !cancel_; ++path) {
-        const Sampler sampler(key_of(settings_.seed, Purpose::Pilot, 2), path);
+        const Sampler sampler(key_of(settings_.seed, PilotPurpose::Photons), path);
         const auto photon = emit_photon(scene_, guide, sampler);
         if (!photon) continue;
         photons.clear();
