@@ -17,7 +17,8 @@ double irradiance(const Scene& scene, int light, const Hit& at, const Sampler& s
   const auto sample = sample_direct(scene, light, at.position, sampler.first(0), sampler.pair(1));
   const float cosine = sample ? sample->wi.dot(at.ng) : 0;
   if (!(cosine > 0) || !(sample->pdf > 0)) return 0;
-  const auto left = scene.transmittance(ray_from(at, sample->wi, sample->distance));
+  const bool is_shadowed = scene.lights()[static_cast<std::size_t>(light)].casts_shadow;
+  const auto left = is_shadowed ? scene.transmittance(ray_from(at, sample->wi, sample->distance)) : Color(1);
   return left ? luminance(sample->radiance * *left) * cosine / sample->pdf : 0;
 }
 

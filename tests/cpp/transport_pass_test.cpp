@@ -2,6 +2,7 @@
 // A pass is a pure function of its index: the same bits alone or after others, for any number of threads; and its ledger closes.
 #include "edit_scene.h"
 #include "scene_fixtures.h"
+#include "transport/light_trust.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
 #include "transport/view_pass.h"
@@ -190,6 +191,25 @@ TEST(Pass, SunsReachEntriesOutsideTheScene) {
     const double mean = sum / passes, error = std::sqrt((squares / passes - mean * mean) / (passes - 1));
     EXPECT_NEAR(mean, 2.0, 4 * error + 1e-4) << "2 W/m² through 1 m² at " << height << " m";
     EXPECT_LT(error, 0.05);
+  }
+}
+
+// A lamp behind a wall is trusted little, but for one that casts no shadow: no wall hides it.
+TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
+  SceneDescription description = small_world();
+  description.edits.clear(), description.instances.pop_back();
+  test::place(description, description.instances[0].mesh, test::translation({0, 0, 5}), 0, "Wall");
+  LightDescription& hidden = description.lights.emplace_back(description.lights[0]);
+  hidden.names = {"Hidden"}, hidden.matrix = test::translation({0, 0, 5.5});
+  for (const bool casts_shadow : {true, false}) {
+    description.lights[1].casts_shadow = casts_shadow;
+    const auto scene = test::compiled(description);
+    const TransportSettings settings;
+    const Hit floor{1, V3d(0), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
+    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), std::atomic<bool>(false));
+    EXPECT_NEAR(trust.at_v[0], 1, 0.2);
+    if (casts_shadow) EXPECT_LT(trust.at_v[1], 0.1);
+    else EXPECT_NEAR(trust.at_v[1], 1, 0.2);
   }
 }
 
