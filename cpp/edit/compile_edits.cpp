@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <string_view>
 #include <tuple>
 
 #include "edit/gates.h"
@@ -55,6 +56,13 @@ float checked(float value, float low, float high, float instead, const std::stri
     return std::clamp(value, low, high);
   }
   return value;
+}
+
+// Of images that are no colours the loader leaves them, but there is no negative light.
+std::size_t negative_texels(const Image& image) {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < image.rgba.size(); k += 4) count += luminance(Color(image.rgba[k], image.rgba[k + 1], image.rgba[k + 2])) < 0;
+  return count;
 }
 
 }  // namespace
@@ -159,6 +167,9 @@ class EditsBuilder {
       warnings_.push_back({exit, name + " of " + what + " cannot be read; the exit's own number is used alone"});
       return -1;
     }
+    const std::size_t broken = images_[i].sanitised + (std::string_view(what) == "intensity_texture" ? negative_texels(images_[i]) : 0);
+    if (broken > 0)
+      warnings_.push_back({exit, std::to_string(broken) + " pixels of the image '" + images_[i].name + "' of " + what + " are negative or no numbers; they count as 0"});
     const auto [it, is_new] = image_numbers_.emplace(i, static_cast<int>(edits_.images_.size()));
     if (is_new) edits_.images_.push_back(images_[i]);
     return it->second;
