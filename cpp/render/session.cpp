@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -95,17 +96,29 @@ bool Session::wait(double seconds) {
   return over_.wait_for(lock, std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 1e6) : 0.0), over);
 }
 
+// What was warned of stays when an error ends the compilation: it may say why.
+void Session::compile_scene(const Compile& compile) {
+  Warnings warnings;
+  std::shared_ptr<const Scene> scene;
+  std::exception_ptr error;
+  try {
+    scene = compile(warnings);
+  } catch (...) {
+    error = std::current_exception();
+  }
+  {
+    const std::lock_guard lock(lock_);
+    scene_ = std::move(scene), warnings_ = std::move(warnings);
+  }
+  if (error) std::rethrow_exception(error);
+}
+
 // Worker threads turn everything into a status: an exception that left one would end the host (Blender).
 void Session::run(const Compile& compile) {
   try {
-    Warnings warnings;
-    const std::shared_ptr<const Scene> scene = compile(warnings);
-    {
-      const std::lock_guard lock(lock_);
-      scene_ = scene, warnings_ = std::move(warnings);
-    }
-    if (!scene) return finish(State::Cancelled, StopReason::Cancelled);
-    render_scene(*scene);
+    compile_scene(compile);
+    if (!scene_) return finish(State::Cancelled, StopReason::Cancelled);
+    render_scene(*scene_);
   } catch (const ExpressionError& error) {
     fail(error.what(), error.item, error.column);
   } catch (const SceneError& error) {

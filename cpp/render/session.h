@@ -101,6 +101,7 @@ class Session {
 
   void launch(RenderSettings settings, Compile compile);
   void run(const Compile& compile);
+  void compile_scene(const Compile& compile);
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();

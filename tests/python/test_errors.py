@@ -77,6 +77,30 @@ def test_a_black_picture_reaches_no_error_target():
     assert (done.progress["stop_reason"], done.progress["pass"]) == ("passes", 12) and done["Combined"].max() == 0
 
 
+@pytest.mark.parametrize(("space", "texels", "broken"), [
+    ("Linear", [np.nan, 1, 1, 1, -1, 1, 1, 1, 1, np.inf, 1, 1, 1, 1, 1, 1], 3), ("NonColor", [-1, -1, -1, 1, 0, 0, 0, 1, 1, 1, 1, 1, np.nan, 1, 1, 1], 2),
+    ("Linear", [0, 1, 2, 1] * 4, 0)])  # fmt: skip
+def test_broken_texels_of_exits_are_told(space, texels, broken):
+    scene = Scene(size=8)
+    scene.floor(diffuse(0.8))
+    scene.sun()
+    scene.edit("L", quad((0, 0, 0.5)), [exit_at((0.5, 0, 0.5), intensity_texture=0)])
+    scene.description["images"] = [{"name": "Stripes", "width": 2, "height": 2, "color_space": space, "rgba": np.array(texels, np.float32)}]
+    found = [message for item, message in render(scene, passes=1, photons=64, pilot_paths=64).warnings if item == "Edit exit 0"]
+    assert len(found) == (broken > 0) and all(f"{broken} pixels of the image 'Stripes' of intensity_texture" in message for message in found)
+
+
+def test_an_error_keeps_the_warnings():
+    scene = Scene(size=8)
+    scene.floor(diffuse(0.8))
+    scene.sun()
+    scene.description["meshes"][0]["positions"][1, 2] = np.nan
+    scene.edit("L(", quad((0, 0, 0)))
+    session = start(scene)
+    assert session.wait(60) and session.progress()["state"] == "failed"
+    assert [item for item, _message in session.warnings()] == ["Floor"]
+
+
 def test_bad_triangles_leave_the_others():
     """One triangle of the floor has a vertex at NaN: its half is gone, the other is as before."""
     scene = Scene(size=16)
