@@ -168,6 +168,7 @@ void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const 
   Lobe lobe{event, false, under, 0, weight, weight, n, shape};
   std::visit([&](const auto& s) {
     lobe.delta = is_delta(s);
+    if (lobe.delta) lobe.event = Event::S;
     lobe.albedo *= albedo_shape(s, mu);
   }, shape);
   for (int k = 0; under && bsdf.photon && k < max_layers; ++k)

@@ -15,7 +15,7 @@ inline constexpr int max_lobes = 8;
 
 // Hardly any default values: a Bsdf on the stack should cost next to nothing.
 struct Lobe {
-  Event event;         // D, S (delta, or Blender roughness <= specular_threshold) or G
+  Event event;         // D, S (delta, whatever its roughness, or Blender roughness <= specular_threshold) or G
   bool delta = false;  // one direction only: eval and pdf are 0
   std::uint8_t under;  // bit i: light passes Bsdf::layers[i] on its way here (photons only; on view paths it is folded into weight)
   float choice;        // average of `albedo`: what picks this lobe
@@ -80,7 +80,8 @@ struct BsdfSample {
 // What a coating lets through to the eye in direction w: 1 minus its albedo's largest channel, times its tint along the slanted way.
 [[nodiscard]] Color layer_transmission(const Layer& layer, const V3f& w) noexcept;
 
-// Adds a lobe (a black one is left out; into a full list it replaces the weakest if that is weaker) and computes its albedo.
+// Adds a lobe (a black one is left out; into a full list it replaces the weakest if that is weaker) and computes its albedo. `event`
+// is that of its roughness: a lobe of one direction is S.
 void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const LobeShape& shape, const V3f& wo, std::uint8_t under = 0) noexcept;
 
 }  // namespace sluice

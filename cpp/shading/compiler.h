@@ -90,6 +90,7 @@ class ShaderReader : public NodeReader {
   // `normal`: name of the input that holds it.
   void add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits, std::string_view normal = {}, int choice = 0);
   [[nodiscard]] EventMask glossy_events(const Value& roughness) const noexcept;
+  [[nodiscard]] EventMask refraction_events(const Value& roughness, const Value& ior) const noexcept;  // S too where nothing bends
   [[nodiscard]] bool is_zero(const Value& value) const noexcept;  // a constant 0 (or less)
 
  private:

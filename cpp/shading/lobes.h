@@ -93,7 +93,8 @@ template <class Diffuse>
 template <class Diffuse>
 [[nodiscard]] bool is_delta(const Diffuse&) noexcept { return false; }
 [[nodiscard]] inline bool is_delta(const Reflection& r) noexcept { return std::max(r.alpha.x, r.alpha.y) < ggx::smooth_alpha; }
-[[nodiscard]] inline bool is_delta(const Refraction& r) noexcept { return r.alpha < ggx::smooth_alpha || std::abs(r.eta - 1) < 1e-3f; }
+[[nodiscard]] inline bool bends_nothing(float eta) noexcept { return std::abs(eta - 1) < 1e-3f; }  // one index on both sides
+[[nodiscard]] inline bool is_delta(const Refraction& r) noexcept { return r.alpha < ggx::smooth_alpha || bends_nothing(r.eta); }
 
 template <class Shape>
 [[nodiscard]] constexpr bool transmits(const Shape&) noexcept {

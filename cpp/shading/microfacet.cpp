@@ -120,7 +120,7 @@ float pdf_shape(const Refraction& s, const V3f& o, const V3f& i) noexcept {
 bool sample_shape(const Refraction& s, const V3f& o, const V2f& u, ShapeSample& out) noexcept {
   if (o.z <= 0) return false;
   if (is_delta(s)) {
-    if (std::abs(s.eta - 1) < 1e-3f) out.i = -o;  // one index on both sides: nothing bends
+    if (bends_nothing(s.eta)) out.i = -o;
     else if (!ggx::refract(o, V3f(0, 0, 1), s.eta, out.i)) return false;
     out.weight = s.lossless ? Color(1) : Color(1) - eval_fresnel(s.fresnel, o.z);
     out.pdf = 1;
@@ -135,7 +135,7 @@ bool sample_shape(const Refraction& s, const V3f& o, const V2f& u, ShapeSample& 
 }
 
 Color albedo_shape(const Refraction& s, float mu) noexcept {
-  const bool straight = std::abs(s.eta - 1) < 1e-3f;
+  const bool straight = bends_nothing(s.eta);
   if (is_delta(s)) {
     V3f i;
     const V3f o(std::sqrt(std::max(0.0f, 1 - mu * mu)), 0, mu);

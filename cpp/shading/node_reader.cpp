@@ -147,6 +147,12 @@ EventMask ShaderReader::glossy_events(const Value& roughness) const noexcept {
   return mask_of(known->x <= threshold || known->x * known->x < ggx::smooth_alpha ? Event::S : Event::G);
 }
 
+EventMask ShaderReader::refraction_events(const Value& roughness, const Value& ior) const noexcept {
+  const std::optional<V3f> known = value_of(ior);
+  const bool may_bend_nothing = !known || bends_nothing(known->x) || bends_nothing(1 / known->x);
+  return glossy_events(roughness) | (may_bend_nothing ? mask_of(Event::S) : EventMask{0});
+}
+
 bool ShaderReader::is_zero(const Value& value) const noexcept {
   const std::optional<V3f> known = value_of(value);
   return known && max_component(*known) <= 0;

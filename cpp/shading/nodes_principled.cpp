@@ -110,18 +110,18 @@ void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsd
 void node(ShaderReader& n) {
   const Value metal = n.number("Metallic"), glass = n.number("Transmission"), rough = n.number("Roughness", 0.5f), coat = n.number("Clearcoat");
   const Value coat_rough = n.number("Clearcoat Roughness"), light = n.color("Emission", Color(0)), power = n.number("Emission Strength", 1), cover = n.number("Alpha", 1);
-  const Value stretched = n.number("Anisotropic"), blur = n.number("Transmission Roughness"), level = n.number("Specular", 0.5f);
+  const Value stretched = n.number("Anisotropic"), blur = n.number("Transmission Roughness"), level = n.number("Specular", 0.5f), index = n.number("IOR", 1.45f);
   const bool own_normal = n.is_linked("Clearcoat Normal");
   const auto is_one = [&](const Value& v) { return n.value_of(v) && n.value_of(v)->x >= 1; };
   EventMask events = 0;
   if (!is_one(metal) && !is_one(glass)) events |= mask_of(Event::D);
   if (!(n.is_zero(level) && n.is_zero(metal) && n.is_zero(glass))) events |= n.glossy_events(rough);
-  if (!n.is_zero(glass) && !n.is_zero(blur)) events |= mask_of(Event::S) | mask_of(Event::G);
+  if (!n.is_zero(glass)) events |= n.is_zero(blur) ? n.refraction_events(rough, index) : mask_of(Event::S) | mask_of(Event::G);
   if (!n.is_zero(coat)) events |= n.glossy_events(coat_rough);
   if (n.is_zero(cover)) events = 0;
   n.add(add,
         {n.color("Base Color", Color(0.8f)), n.number("Subsurface"), n.color("Subsurface Color", Color(0.8f)), metal, level, n.number("Specular Tint"), rough, stretched,
-         n.number("Anisotropic Rotation"), n.number("Sheen"), n.number("Sheen Tint", 0.5f), coat, coat_rough, n.number("IOR", 1.45f), glass, blur, light, power, cover,
+         n.number("Anisotropic Rotation"), n.number("Sheen"), n.number("Sheen Tint", 0.5f), coat, coat_rough, index, glass, blur, light, power, cover,
          n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"), n.constant(own_normal ? 1.0f : 0.0f), own_normal ? n.vector("Clearcoat Normal") : n.constant(0.0f)},
         {.events = events, .transparent = !is_one(cover), .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover), .refracts = !n.is_zero(glass) && !is_one(metal)}, "Normal",
         n.option("distribution", "GGX") == "MULTI_GGX");
@@ -215,14 +215,16 @@ void node(ShaderReader& n) {
   const Value metal = n.number("Metallic"), glass = n.number("Transmission Weight"), rough = n.number("Roughness", 0.5f), over = n.number("Coat Weight"), cover = n.number("Alpha", 1);
   const Value coat_rough = n.number("Coat Roughness", 0.03f), light = n.color("Emission Color", Color(1)), power = n.number("Emission Strength"), stretched = n.number("Anisotropic");
   const Value grain = n.is_given("Diffuse Roughness") ? n.number("Diffuse Roughness") : n.constant(0.0f);
+  const Value index = n.number("IOR", 1.5f);
   const bool own_normal = n.is_linked("Coat Normal");
   const auto is_one = [&](const Value& v) { return n.value_of(v) && n.value_of(v)->x >= 1; };
   EventMask events = n.glossy_events(rough);
   if ((!is_one(metal) && !is_one(glass)) || !n.is_zero(n.number("Sheen Weight"))) events |= mask_of(Event::D);
+  if (!n.is_zero(glass)) events |= n.refraction_events(rough, index);
   if (!n.is_zero(over)) events |= n.glossy_events(coat_rough);
   if (n.is_zero(cover)) events = 0;
   n.add(add,
-        {n.color("Base Color", Color(0.8f)), metal, rough, n.number("IOR", 1.5f), cover, n.number("Subsurface Weight"), n.number("Specular IOR Level", 0.5f),
+        {n.color("Base Color", Color(0.8f)), metal, rough, index, cover, n.number("Subsurface Weight"), n.number("Specular IOR Level", 0.5f),
          n.color("Specular Tint", Color(1)), stretched, n.number("Anisotropic Rotation"), glass, over, coat_rough, n.number("Coat IOR", 1.5f), n.color("Coat Tint", Color(1)),
          n.number("Sheen Weight"), n.number("Sheen Roughness", 0.5f), n.color("Sheen Tint", Color(1)), light, power,
          n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"), n.constant(own_normal ? 1.0f : 0.0f), own_normal ? n.vector("Coat Normal") : n.constant(0.0f), grain},

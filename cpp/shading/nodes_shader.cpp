@@ -94,10 +94,10 @@ void glass(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out
   add_lobe(out, glossy_event(roughness, e), tinted, n, Refraction{.alpha = alpha, .eta = eta, .fresnel = fresnel, .balanced = balanced}, e.point.wo);
 }
 void glass_node(ShaderReader& n) {
-  const Value roughness = n.number("Roughness");
+  const Value roughness = n.number("Roughness"), ior = n.number("IOR", 1.45f);
   const int distribution = distribution_of(n, roughness);
-  const EventMask events = distribution == 2 ? mask_of(Event::S) : n.glossy_events(roughness);
-  n.add(glass, {n.color("Color", Color(1)), roughness, n.number("IOR", 1.45f)}, {.events = events, .refracts = true}, "Normal", distribution);
+  const EventMask events = distribution == 2 ? mask_of(Event::S) : n.refraction_events(roughness, ior);
+  n.add(glass, {n.color("Color", Color(1)), roughness, ior}, {.events = events, .refracts = true}, "Normal", distribution);
 }
 
 void refraction(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out) noexcept {
@@ -106,10 +106,10 @@ void refraction(const Closure& c, const Evaluation& e, const Color& weight, Bsdf
   add_lobe(out, glossy_event(roughness, e), weight * color_of(c, e, 0), closure_normal(c, e), shape, e.point.wo);
 }
 void refraction_node(ShaderReader& n) {
-  const Value roughness = n.number("Roughness");
+  const Value roughness = n.number("Roughness"), ior = n.number("IOR", 1.45f);
   const int distribution = distribution_of(n, roughness);
-  const EventMask events = distribution == 2 ? mask_of(Event::S) : n.glossy_events(roughness);
-  n.add(refraction, {n.color("Color", Color(1)), roughness, n.number("IOR", 1.45f)}, {.events = events, .refracts = true}, "Normal", distribution);
+  const EventMask events = distribution == 2 ? mask_of(Event::S) : n.refraction_events(roughness, ior);
+  n.add(refraction, {n.color("Color", Color(1)), roughness, ior}, {.events = events, .refracts = true}, "Normal", distribution);
 }
 
 void transparent(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out) noexcept { out.transparency += weight * color_of(c, e, 0); }

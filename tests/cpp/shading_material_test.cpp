@@ -61,6 +61,33 @@ TEST(Material, RoughnessDecidesTheEvent) {
   }
 }
 
+// Rough glass of index 1 bends nothing: one direction, which no gather segment can sample by its solid angle.
+TEST(Material, WhatBendsNothingIsFollowed) {
+  for (const float ior : {1.0f, 1.0005f, 1.5f}) {
+    Tree tree;
+    const int rough = glass(tree, 0.5f), refraction = tree.add("BsdfRefraction", {{"distribution", "GGX"}}), v2 = tree.add("BsdfPrincipled", {{"distribution", "GGX"}});
+    tree.at(rough).inputs.back().value = {ior, ior, ior, ior};
+    tree.set(refraction, "Color", V3f(0.9f)).set(refraction, "Roughness", 0.5f).set(refraction, "IOR", ior);
+    for (const char* name : {"Metallic", "Emission Strength", "Anisotropic", "Anisotropic Rotation", "Sheen Weight", "Sheen Roughness", "Subsurface Weight", "Coat Weight"}) tree.set(v2, name, 0);
+    tree.set(v2, "Base Color", V3f(1)).set(v2, "Roughness", 0.5f).set(v2, "IOR", ior).set(v2, "Alpha", 1).set(v2, "Transmission Weight", 1).set(v2, "Coat Roughness", 0.03f);
+    tree.set(v2, "Coat IOR", 1.5f).set(v2, "Coat Tint", V3f(1)).set(v2, "Specular IOR Level", 0.5f).set(v2, "Specular Tint", V3f(1)).set(v2, "Sheen Tint", V3f(1)).set(v2, "Emission Color", V3f(1));
+    for (const int surface : {rough, refraction, v2, principled_v1(tree, {{"Transmission", 1.0f}, {"IOR", ior}})}) {
+      const Material material = tree.compile(surface);
+      const Bsdf b = shaded(material);
+      ASSERT_GT(b.count, 0);
+      EventMask seen = 0;
+      for (int k = 0; k < b.count; ++k) {
+        const Lobe& lobe = b.lobes[static_cast<std::size_t>(k)];
+        EXPECT_EQ(lobe.event, lobe.delta ? Event::S : Event::G) << tree.at(surface).kind << ' ' << ior;
+        seen |= mask_of(lobe.event);
+      }
+      EXPECT_EQ((seen & followed) != 0, ior < 1.4f);
+      EXPECT_EQ(seen & ~material.lobe_events(), 0) << tree.at(surface).kind << ' ' << ior;
+      EXPECT_EQ(material.has_lobes(followed), ior < 1.4f);
+    }
+  }
+}
+
 TEST(Material, GlassKnowsItsSides) {
   Tree tree;
   const Material material = tree.compile(glass(tree, 0));
