@@ -205,7 +205,7 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     description.lights[1].casts_shadow = casts_shadow;
     const auto scene = test::compiled(description);
     const TransportSettings settings;
-    const Hit floor{1, V3d(0), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
+    const Hit floor{1, V3d(0, 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
     const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), std::atomic<bool>(false));
     EXPECT_NEAR(trust.at_v[0], 1, 0.2);
     if (casts_shadow) EXPECT_LT(trust.at_v[1], 0.1);
