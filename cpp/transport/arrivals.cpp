@@ -19,6 +19,7 @@ Guide aim_at_entries(const Scene& scene) {
   Guide guide;
   guide.targets.resize(1);
   add_specular_targets(scene, most_targets, guide.targets);
+  if (const auto far = find_far_entries(scene).target) guide.targets.push_back(*far);
   std::vector<float> strategy(guide.targets.size() + 2, 1.0f / static_cast<float>(std::max<std::size_t>(guide.targets.size() - 1, 1)));
   strategy[0] = strategy[1] = 1, strategy.back() = 0;
   std::vector<float> power;

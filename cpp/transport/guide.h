@@ -12,7 +12,8 @@
 
 namespace sluice {
 
-// A sphere (re-centred) that is worth aiming at: around a specular object, an entry that really captures light, or what the camera sees.
+// A sphere (re-centred) that is worth aiming at: around a specular object, an entry that really captures light, entries outside of all
+// surfaces, or what the camera sees.
 struct Target {
   V3d centre;
   float radius;

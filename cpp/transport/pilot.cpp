@@ -15,6 +15,7 @@ namespace {
 
 constexpr float own_share = 0.25f;     // least share of a light's own distribution (design §5)
 constexpr float close_share = 0.25f;   // of the photons of a light go towards what sends them on to caustics and edits
+constexpr float far_share = 0.1f;      // of a light from infinity towards entries outside of all surfaces, at least
 constexpr float seen_share = 0.5f;     // towards what the camera sees: by directions, or from infinity towards a sphere around it
 constexpr std::size_t most_targets = 64;
 constexpr int paths_per_entry = 256;  // that find out whether it takes light that is aimed at it
@@ -132,7 +133,7 @@ struct Yield {
 class Pilot {
  public:
   Pilot(const Scene& scene, const TransportSettings& settings, const Effects& effects, ThreadPool& pool, const std::atomic<bool>& cancel)
-      : scene_(scene), settings_(settings), effects_(effects), pool_(pool), cancel_(cancel) {
+      : scene_(scene), settings_(settings), effects_(effects), pool_(pool), cancel_(cancel), far_(find_far_entries(scene)) {
     for (int t = 0; t < pool.size(); ++t) tracers_.emplace_back(scene, settings, effects, pool.size());
   }
 
@@ -146,6 +147,7 @@ class Pilot {
     if (!effects_.photons()) return guide;
     add_specular_targets(scene_, most_targets / 2, guide.targets);
     find_entries(guide);
+    if (far_.target) far_target_ = guide.targets.size(), guide.targets.push_back(*far_.target);
     const int seen_target = seen.empty() ? -1 : static_cast<int>(guide.targets.size());
     if (seen_target >= 0) guide.targets.push_back(seen.sphere());
 
@@ -232,6 +234,7 @@ class Pilot {
         weights.back() = seen_share;
       else if (seen_target >= 0 && yield.seen < 0.5 * yield.all)
         weights[static_cast<std::size_t>(seen_target) + 1] += seen_share;
+      if (far_.is_for[l]) weights[far_target_ + 1] = std::max(weights[far_target_ + 1], far_share);
       weights[0] = std::max(own_share, 1 - std::accumulate(weights.begin() + 1, weights.end(), 0.0f));
       guide.strategies[l] = Distribution(weights);
     }
@@ -326,6 +329,8 @@ class Pilot {
   const Effects& effects_;
   ThreadPool& pool_;
   const std::atomic<bool>& cancel_;
+  const FarEntries far_;
+  std::size_t far_target_ = 0;  // if there are some
   std::vector<LightTracer> tracers_;
   std::vector<std::vector<Photon>> photons_;  // of the pilot, by chunk
   double total_ = 0;

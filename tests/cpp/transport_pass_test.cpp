@@ -194,6 +194,42 @@ TEST(Pass, SunsReachEntriesOutsideTheScene) {
   }
 }
 
+// Nobody sees the light that it sends away, and the pilot need not find it: the chance that it has later is never 0.
+TEST(Pass, EntriesOutsideTheSceneAreNeverForgotten) {
+  SceneDescription description = small_world("L");
+  description.instances.pop_back();
+  description.lights[0] = {};
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  description.edits[0].entry = quad("Entry", at({9, 0.2, 1}), 0, 0.5);
+  description.edits[0].exits[0].quad.matrix = at({0, 0, -3});
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 2);
+  test::Mean energy;
+  for (int pass = 0; pass < 12; ++pass) {
+    renderer.counts = {};
+    (void)renderer.pass_hash(pass);
+    energy.add(renderer.counts.edits[0].energy_in);
+  }
+  test::expect_mean(energy, 2.0, "2 W/m² through 1 m² beside the floor");
+  EXPECT_LT(energy.error(), 0.05);
+}
+
+// Bit for bit the picture of no edit: within the surfaces' sphere always, outside of it where its expression asks for more than L.
+TEST(Pass, EntriesThatTakeNoLightFromInfinityGetNoTarget) {
+  SceneDescription description = small_world();
+  description.lights[0] = {};
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  const auto guide = [&](const V3d& place, const std::string& expression) {
+    description.edits[0].entry = quad("Entry", at(place), 0, 0.5), description.edits[0].expression = expression;
+    const auto scene = test::compiled(description);
+    return Renderer(*scene, 1).guide.hash();
+  };
+  const std::uint64_t without = guide({0, 0, -1}, "L'Nobody'");
+  EXPECT_EQ(guide({9, 0, 1}, "LS"), without);
+  EXPECT_EQ(guide({0, 0, -1}, "L"), without);  // in the floor's shade
+  EXPECT_NE(guide({9, 0, 1}, "L"), without);
+}
+
 // A lamp behind a wall is trusted little, but for one that casts no shadow: no wall hides it.
 TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
   SceneDescription description = small_world();
