@@ -55,7 +55,7 @@ def test_an_edit_that_acts_is_a_witness_too():
     done = found(scene)
     assert done.edit()["matched"] > 0 and done.edit()["arrivals"][0][0] == "L'Sun'S'It\\'s a slab'+"
     kinds = [expression for expression, _share in done.edit("Second")["arrivals"]]
-    assert kinds[0] == "L'Sun'" and "L'Sun'S'It\\'s a slab'+F'Edit'" in kinds
+    assert set(kinds[:2]) == {"L'Sun'", "L'Sun'S'It\\'s a slab'+F'Edit'"}  # nearly as much of either
     assert done.edit("Void")["crossed"] == 0 and done.edit("Void")["arrivals"] == []
 
 
