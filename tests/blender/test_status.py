@@ -21,7 +21,7 @@ def test_progress_log(fake_core, monkeypatch, tmp_path):
     assert "statistics" in rows[-1] and "statistics" not in rows[0]
 
 
-def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):
+def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):  # noqa: F811
     """Of every frame; a new process begins the file anew."""
     path = tmp_path / "log.jsonl"
     path.write_text("of a process before\n")
