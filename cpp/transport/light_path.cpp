@@ -115,7 +115,7 @@ void LightTracer::push_copy(const LightPath& path, const Crossing& crossing, int
     return;
   }
   LightPath& copy = branches_[branch_count_] = path;
-  copy.flux = apply_hue(path.flux * (passage->gain * weight), passage->hue);
+  copy.flux = apply_hue(path.flux, passage->hue) * (passage->gain * weight);
   if (!is_finite(copy.flux)) {
     ++counts.non_finite;
     return;
