@@ -146,6 +146,7 @@ def _draw_exits(layout, region, entry):
         name.operator("sluice.select_one", text=item.name, emboss=False).name = item.name
         numbers.prop(item.sluice, "intensity", text="")
         numbers.prop(item.sluice, "hue_shift", text="")
+        numbers.prop(item.sluice, "tint", text="")
 
 
 def _draw_entry(layout, region, item):
@@ -179,6 +180,8 @@ def _draw_exit(layout, edit):
         column.prop(edit, number)
         _draw_image(column, edit, image, "Texture")
         column.separator()
+    layout.prop(edit, "tint", text="Tint", text_ctxt=translations.CONTEXT)
+    layout.separator()
     _draw_image(layout, edit, "normal_map", "Normal Map")
     layout.prop(edit, "keep_brightness")
 
@@ -193,7 +196,7 @@ def draw_edit(layout, region, item):
     edit = item.sluice
     roles = layout.row(align=True)
     for role, label in (('NONE', "None"), ('ENTRY', "Entry"), ('EXIT', "Exit")):
-        roles.prop_enum(edit, "role", role, text=label, text_ctxt=translations.ROLE)
+        roles.prop_enum(edit, "role", role, text=label, text_ctxt=translations.CONTEXT)
     layout.use_property_split = True
     if edit.role == 'NONE':
         return

@@ -5,10 +5,10 @@ import math
 import bmesh
 import bpy
 import numpy as np
-from bpy.props import EnumProperty, FloatProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 from mathutils import Matrix, Vector
 
-from . import compat, kinds, placement
+from . import compat, kinds, placement, translations
 
 def new_empty(context, name, matrix, role):
     item = bpy.data.objects.new(name, None)
@@ -104,8 +104,10 @@ _ACTION_ITEMS = tuple((name, label, description, icon, number) for number, (name
 class _Change:
     """What becomes of the light that an entry takes: the part of two operators. Makes or changes exits."""
 
-    hue_shift: FloatProperty(name="Hue Shift", description="Turn on the hue circle, for Recolour", subtype='ANGLE',
-                             default=math.radians(120), soft_min=-math.pi, soft_max=math.pi)
+    tint: FloatVectorProperty(name="Tint", description="Colour that white light gets, for Recolour", subtype='COLOR', size=3,
+                              default=(0.1, 0.4, 1.0), min=0.0, soft_max=1.0)
+    hue_shift: FloatProperty(name="Hue Shift", description="Turn on the hue circle before the tint, for Recolour", subtype='ANGLE',
+                             default=0.0, soft_min=-math.pi, soft_max=math.pi)
     intensity: FloatProperty(name="Intensity", description="Factor on the energy, for Dim", default=0.5, min=0.0, soft_max=2.0, max=1e4)
 
     def change(self, context, entry, action):
@@ -120,8 +122,7 @@ class _Change:
         exits = exits or [self._stay(context, entry)]
         for item in exits:
             if action == 'RECOLOUR':
-                item.sluice.hue_shift = self.hue_shift
-                self.report({'INFO'}, "Hue Shift turns the colours that are there; white light stays white: colour its lamp or its glass")
+                item.sluice.tint, item.sluice.hue_shift = self.tint, self.hue_shift
             elif action == 'DIM':
                 item.sluice.intensity *= self.intensity
         if action == 'COPY':
@@ -140,6 +141,7 @@ class _Change:
 
     def draw_numbers(self, layout):
         if self.action == 'RECOLOUR':
+            layout.prop(self, "tint", text="Tint", text_ctxt=translations.CONTEXT)
             layout.prop(self, "hue_shift")
         elif self.action == 'DIM':
             layout.prop(self, "intensity")
@@ -245,7 +247,7 @@ class SLUICE_OT_add_exit(bpy.types.Operator):
         item.empty_display_size = source.empty_display_size
         item.sluice.entry = entry
         if source.sluice.role == 'EXIT':
-            for name in ("offset", "intensity", "hue_shift", "keep_brightness", "intensity_texture", "hue_shift_texture",
+            for name in ("offset", "intensity", "hue_shift", "tint", "keep_brightness", "intensity_texture", "hue_shift_texture",
                          "normal_map"):
                 setattr(item.sluice, name, getattr(source.sluice, name))
         select_only(context, [item], item)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edits drawn in the 3D view: entries blue, exits mauve (the paper's colours), arrow, link line and name; dimmed where they do not
-act, dashed where the last render found no light for them. Hidden by the overlay switch.
+"""Edits drawn in the 3D view: entries blue, exits mauve (the paper's colours) and filled with their tint, arrow, link line and name;
+dimmed where they do not act, dashed where the last render found no light for them. Hidden by the overlay switch.
 
 Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
 from collections import namedtuple
 
 import bpy
 import numpy as np
+from mathutils import Color
 
 from . import compat, edit_list, operators, statistics
 
@@ -44,6 +45,14 @@ def _looks(item, scene):
     return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.matched
 
 
+def _fill(edit, color):
+    """The colour within a quad's border: its tint at full brightness, if it has one."""
+    high = max(edit.tint)
+    if edit.role == 'ENTRY' or min(edit.tint) == high:
+        return color
+    return tuple(Color(part / high for part in edit.tint).from_scene_linear_to_srgb())
+
+
 def _dashes(points):
     """Pairs of points, each cut into dashes."""
     steps = np.linspace(0, 1, 2 * _DASHES)[:, None]
@@ -58,7 +67,7 @@ def shapes(items, scene):
         color, strength, dashed = _looks(item, scene)
         corners, centre, tip = quad_corners(item)
         border = corners[[0, 1, 1, 2, 2, 3, 3, 0]]
-        fills.append((corners[[0, 1, 2, 0, 2, 3]], (*color, 0.22 * strength)))
+        fills.append((corners[[0, 1, 2, 0, 2, 3]], (*_fill(edit, color), 0.22 * strength)))
         lines.append((_dashes(border) if dashed else border, (*color, 0.95 * strength)))
         if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
@@ -92,9 +101,9 @@ def _draw():
     context = bpy.context
     items = visible_edits(context)
     if items:
-        # In a rendered view the light below must be seen, not the tint
-        tint = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
-        _draw_shapes(shapes(items, context.scene), context.region, context.region_data, tint)
+        # In a rendered view the light below must be seen, not the fills
+        opacity = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
+        _draw_shapes(shapes(items, context.scene), context.region, context.region_data, opacity)
 
 
 def _draw_names():
@@ -119,14 +128,14 @@ def _draw_names():
         blf.disable(0, blf.SHADOW)
 
 
-def _draw_shapes(found, region, region_3d, tint):
+def _draw_shapes(found, region, region_3d, opacity):
     import gpu
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_mask_set(False)
     # Once solid where it is in front, once faint where something hides it
     for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
         gpu.state.depth_test_set(depth_test)
-        _draw_batch(gpu, found.fills, region_3d, strength * tint)
+        _draw_batch(gpu, found.fills, region_3d, strength * opacity)
         _draw_batch(gpu, found.lines, region_3d, strength, region)
     gpu.state.depth_test_set('NONE')
     gpu.state.depth_mask_set(True)

@@ -6,7 +6,7 @@ import math
 
 import bpy
 from bpy.props import (
-    BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty,
+    BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty,
 )
 
 from . import passes, renaming
@@ -85,8 +85,12 @@ class SluiceObject(bpy.types.PropertyGroup):
         name="Intensity", description="Factor on the energy that leaves here", default=1.0, min=0.0, soft_max=10.0, max=1e4,
         override=OVERRIDABLE, update=_tag_object)
     hue_shift: FloatProperty(
-        name="Hue Shift", description="Turns the colour of the light on the hue circle, at the same brightness; white light stays white",
-        subtype='ANGLE', default=0.0, soft_min=-math.pi, soft_max=math.pi, override=OVERRIDABLE, update=_tag_object)
+        name="Hue Shift", description="Turns the colour of the light on the hue circle, at the same brightness; white light stays white: "
+        "Tint colours that", subtype='ANGLE', default=0.0, soft_min=-math.pi, soft_max=math.pi, override=OVERRIDABLE, update=_tag_object)
+    tint: FloatVectorProperty(
+        name="Tint", description="Colours the light that leaves here, after the hue shift; white light stays as bright as it was. White, and "
+        "any grey, leaves colours as they are", subtype='COLOR', size=3, default=(1.0, 1.0, 1.0), min=0.0, soft_max=1.0, override=OVERRIDABLE,
+        update=_tag_object)
     keep_brightness: BoolProperty(
         name="Keep Brightness", description="Scale the energy by the area of the exit over that of the entry, so that a larger "
         "exit is as bright as the entry was; off: the energy is kept, and a larger exit is darker", default=True,

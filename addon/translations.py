@@ -2,14 +2,14 @@
 """French for the labels of panels, menus and properties. Blender's own translations come first where it has the same words."""
 import bpy
 
-ROLE = "Sluice"  # context of words that Blender translates otherwise: its Exit leaves the program
+CONTEXT = "Sluice"  # context of words that Blender translates otherwise: its Exit leaves the program, its Tint is a verb
 
 FRENCH = {
     # the edit and its parts
     "Light Edit": "Édition de lumière", "Light Edits": "Éditions de lumière", "Entry": "Entrée", "Exits": "Sorties", "Role": "Rôle",
     "Expression": "Expression", "Expressions": "Expressions", "Enabled": "Active", "Repeat": "Répéter", "Amount": "Part",
     "Feather": "Adoucir le bord", "Order": "Ordre", "Offset": "Décalage", "Solo": "Seule",
-    "Intensity": "Intensité", "Hue Shift": "Rotation de teinte", "Keep Brightness": "Garder la luminosité",
+    "Intensity": "Intensité", "Hue Shift": "Rotation de teinte", "Tint": "Coloration", "Keep Brightness": "Garder la luminosité",
     "Intensity Texture": "Texture d'intensité", "Hue Shift Texture": "Texture de teinte", "Texture": "Texture",
     "Normal Map": "Carte de normales", "Light that arrived here": "Lumière arrivée ici", "Own": "Personnelles",
     "Choose the entry whose light leaves here": "Choisir l'entrée dont la lumière sort ici",
@@ -37,13 +37,13 @@ FRENCH = {
     "Max Edits per Path": "Éditions par chemin", "Specular Threshold": "Seuil spéculaire", "Light Paths": "Chemins de lumière",
     "Arriving": "Arrivant", "Direct": "Directe", "Caustics": "Caustiques", "Edited Light": "Lumière éditée", "Indirect": "Indirecte",
 }
-_ROLES = {"None": "Aucun", "Entry": "Entrée", "Exit": "Sortie", "Role": "Rôle"}
+_OWN = {"None": "Aucun", "Entry": "Entrée", "Exit": "Sortie", "Role": "Rôle", "Tint": "Coloration"}
 
 
 def _table():
-    """Words in every context that Blender may ask for: labels, operators, the role."""
+    """Words in every context that Blender may ask for: labels, operators, our own."""
     words = {(context, word): told for context in ("*", "Operator") for word, told in FRENCH.items()}
-    words.update({(ROLE, word): told for word, told in _ROLES.items()})
+    words.update({(CONTEXT, word): told for word, told in _OWN.items()})
     return {locale: words for locale in ("fr_FR", "fr")}  # 4.5 has the shorter one
 
 

@@ -208,7 +208,7 @@ EditDescription read_edit(Reader& r) {
     ExitDescription exit;
     x.part("quad", [&](Reader& quad) { exit.quad = read_quad(quad); });
     x.rename(exit.quad.name);
-    x.value("intensity", exit.intensity), x.value("hue_shift", exit.hue_shift), x.value("keep_brightness", exit.keep_brightness);
+    x.value("intensity", exit.intensity), x.value("hue_shift", exit.hue_shift), x.vector("tint", exit.tint), x.value("keep_brightness", exit.keep_brightness);
     x.value("intensity_texture", exit.intensity_texture), x.value("hue_shift_texture", exit.hue_shift_texture);
     x.value("normal_map", exit.normal_map);
     return exit;

@@ -26,8 +26,9 @@ def area(quad):
 def what_changes(item, entry):
     """An exit, in numbers and names; `size` is the ratio of lengths."""
     told, images = item.sluice, ("intensity_texture", "hue_shift_texture", "normal_map")
+    tint = {"tint": list(told.tint)} if min(told.tint) < max(told.tint) else {}
     return {"name": item.name, "intensity": told.intensity, "hue_shift": math.degrees(told.hue_shift), "keep_brightness": told.keep_brightness,
-            "size": math.sqrt(area(item) / area(entry)), **{key: image.name for key in images if (image := getattr(told, key))}}  # fmt: skip
+            "size": math.sqrt(area(item) / area(entry)), **tint, **{key: image.name for key in images if (image := getattr(told, key))}}  # fmt: skip
 
 
 def edits_of(scene):

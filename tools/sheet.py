@@ -41,6 +41,7 @@ def in_words(edit: dict) -> str:
             changes.append(f"hue by texture “{item['hue_shift_texture']}”")
         elif abs(item["hue_shift"]) > 0.5:
             changes.append(f"hue {item['hue_shift']:+.0f}°")
+        changes += ["tinted"] if "tint" in item else []
         changes += [f"light by texture “{item['intensity_texture']}”"] if "intensity_texture" in item else []
         changes += [f"turned by normal map “{item['normal_map']}”"] if "normal_map" in item else []
         exits.append(item["name"] + (f" ({', '.join(changes)})" if changes else ""))

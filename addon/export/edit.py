@@ -41,7 +41,7 @@ def _add_exit(item, edits, context):
 def _export_exit(item, context):
     settings = item.sluice
     return {
-        "quad": _export_quad(item), "intensity": settings.intensity, "hue_shift": settings.hue_shift,
+        "quad": _export_quad(item), "intensity": settings.intensity, "hue_shift": settings.hue_shift, "tint": tuple(settings.tint),
         "keep_brightness": settings.keep_brightness,
         "intensity_texture": context.images.index(settings.intensity_texture),
         "hue_shift_texture": context.images.index(settings.hue_shift_texture),

@@ -65,6 +65,18 @@ std::size_t negative_texels(const Image& image) {
   return count;
 }
 
+// The artist's colour at luminance 1, so that it colours white light and leaves it as bright; greys and black are white, bit by bit.
+Color checked_tint(const Color& tint, const std::string& item, Warnings& warnings) {
+  if (!is_finite(tint)) {
+    warnings.push_back({item, "tint is not a colour; white is used"});
+    return Color(1);
+  }
+  const V3d c(std::max(tint.x, 0.0f), std::max(tint.y, 0.0f), std::max(tint.z, 0.0f));
+  if (c != V3d(tint.x, tint.y, tint.z)) warnings.push_back({item, "tint lies outside of its range and is clamped"});
+  if (c.x == c.y && c.y == c.z) return Color(1);
+  return Color(c / (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z));  // in double: it may be as dark or bright as floats are
+}
+
 }  // namespace
 
 Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds) {
@@ -141,6 +153,7 @@ class EditsBuilder {
     x.name = d.quad.name;
     x.intensity = checked(d.intensity, 0, max_intensity, 1, x.name, "intensity", warnings_);
     x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);
+    x.tint = checked_tint(d.tint, x.name, warnings_);
     // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on (design §4).
     const double ratio = x.quad.area / entry_area;
     if (!d.keep_brightness) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/math.h"
+#include "base/colour.h"
 
 namespace sluice {
 
@@ -23,6 +23,7 @@ struct ExitDescription {
   QuadDescription quad;
   float intensity = 1;          // λ of the paper; factor on energy
   float hue_shift = 0;          // φ of the paper; radians on the hue circle
+  Color tint{1};                // colours what leaves, white light too, and keeps the luminance of white; black: white
   bool keep_brightness = true;  // area_ratio σ on
   int intensity_texture = -1;   // indices into the scene's images; -1: none. Their linear luminance times the number above
   int hue_shift_texture = -1;

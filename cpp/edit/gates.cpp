@@ -121,7 +121,7 @@ std::optional<QuadFrame> Edits::turn(const Exit& exit, const V2d& uv) const noex
 
 std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept {
   const Edit& e = (*this)[edit];
-  if (exit == straight_on) return Passage{e.entry.point(uv), direction, 1, 0, e.entry.group};
+  if (exit == straight_on) return Passage{e.entry.point(uv), direction, Color(1), 0, e.entry.group};
   const Exit& x = e.exits[static_cast<std::size_t>(exit)];
   V3d d = e.entry.frame.to_local(to_double(direction));  // T_d of the paper: B'_{W<-O} B_{I<-W} d
   if (const auto m = turn(x, uv)) {
@@ -129,7 +129,7 @@ std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv, const V
     if (e.side == Side::Light && std::abs(d.z) < static_cast<double>(least_cosine_out)) return std::nullopt;
   }
   const float gain = intensity(x, uv) * (e.side == Side::Light ? x.area_ratio : 1.0f);  // view edits carry radiance (design §4)
-  return Passage{x.quad.point(uv), unit(x.quad.frame.to_world(d)), gain, hue(x, uv), x.quad.group};
+  return Passage{x.quad.point(uv), unit(x.quad.frame.to_world(d)), x.tint * gain, hue(x, uv), x.quad.group};
 }
 
 std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept {
@@ -143,7 +143,7 @@ std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv, const 
     d = m->to_local(d);
     gain *= static_cast<float>(std::abs(d.z) / cos_out);  // flux L A cos dω is what the law is about (design §4)
   }
-  return Passage{e.entry.point(uv), unit(e.entry.frame.to_world(d)), gain, hue(x, uv), e.entry.group};
+  return Passage{e.entry.point(uv), unit(e.entry.frame.to_world(d)), x.tint * gain, hue(x, uv), e.entry.group};
 }
 
 }  // namespace sluice

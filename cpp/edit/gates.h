@@ -39,6 +39,7 @@ struct Exit {
   Quad quad;
   std::string name;
   float intensity = 1, hue_shift = 0;
+  Color tint{1};             // of luminance 1; exactly white unless it colours
   float area_ratio = 1;      // σ on flux: area of exit / area of entry, <= 1e6; 1 when off
   float radiance_ratio = 1;  // σ area of entry / area of exit: 1 when area_ratio is on
   int intensity_texture = -1, hue_shift_texture = -1, normal_map = -1;  // into the edits' own images
@@ -60,11 +61,11 @@ struct Edit {
 // The implicit exit that leads straight on, with what the entry's weight leaves.
 inline constexpr int straight_on = -1;
 
-// How a path goes on at the far side of a gate. The gain is without H and without the entry's weight.
+// How a path goes on at the far side of a gate. The gain is without the entry's weight; light has it after H.
 struct Passage {
   V3d position;    // on the far quad
   V3f direction;   // unit, of travel
-  float gain = 1;  // light edit forward: of flux; backward: of radiance; view edit forward: of radiance
+  Color gain{1};   // tint included; light edit forward: of flux; backward: of radiance; view edit forward: of radiance
   float hue = 0;   // H's angle, radians; 0: none
   int group = -1;  // plane group of the far quad: the next segment excludes it
 };

@@ -119,7 +119,7 @@ void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossin
 LightTracer::Copy LightTracer::copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept {
   Copy copy{.passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction), .energy = static_cast<double>(luminance(path.flux)) * weight};
   if (!copy.passage) return copy;
-  copy.flux = apply_hue(path.flux * (copy.passage->gain * weight), copy.passage->hue);
+  copy.flux = apply_hue(path.flux, copy.passage->hue) * (copy.passage->gain * weight);
   if (is_finite(copy.flux)) copy.energy = luminance(copy.flux);
   return copy;
 }

@@ -118,7 +118,7 @@ def test_edits(new_object, export_now):
     entry = _edit(new_object, "Entry", 'ENTRY', expression="LS+D", amount=0.5, feather=0.25, repeat=True, offset=0.01)
     entry.empty_display_size = 2
     entry.matrix_world = Matrix.Translation((1, 2, 3))
-    _edit(new_object, "B", 'EXIT', entry=entry, intensity=2, hue_shift=math.pi / 3, keep_brightness=False)
+    _edit(new_object, "B", 'EXIT', entry=entry, intensity=2, hue_shift=math.pi / 3, tint=(1, 0.5, 0.25), keep_brightness=False)
     _edit(new_object, "A", 'EXIT', entry=entry)
     description, warnings = export_now()
     edit, = description["edits"]
@@ -129,6 +129,7 @@ def test_edits(new_object, export_now):
     np.testing.assert_array_equal(quad["matrix"][:3, 3], (1, 2, 3))
     assert [item["quad"]["name"] for item in edit["exits"]] == ["B", "A"]  # by order
     assert edit["exits"][0]["hue_shift"] == pytest.approx(math.pi / 3) and not edit["exits"][0]["keep_brightness"]
+    assert [item["tint"] for item in edit["exits"]] == [(1, 0.5, 0.25), (1, 1, 1)]
     assert [edit["entry"]["order"], *(item["quad"]["order"] for item in edit["exits"])] == [1, 2, 3]
 
 

@@ -108,3 +108,7 @@ def test_overlay_shapes(new_object):
     found = overlay.shapes([entry, exit_], bpy.context.scene)
     assert len(found.fills) == 2 and len(found.lines) == 4
     np.testing.assert_allclose(found.lines[-1][0], [centre, np.array(exit_.matrix_world)[:3, 3]])
+    assert found.fills[1][1][:3] == overlay.EXIT
+    exit_.sluice.tint = (0.1, 0.05, 0)  # fills the exit at full brightness; its border stays mauve
+    found = overlay.shapes([entry, exit_], bpy.context.scene)
+    assert found.fills[1][1][:3] == pytest.approx((1, 0.735, 0), abs=1e-3) and found.lines[2][1][:3] == overlay.EXIT

@@ -9,7 +9,7 @@ NAMES = {
               "use_caustics": 'BOOLEAN', "use_edited": 'BOOLEAN', "use_indirect": 'BOOLEAN', "use_edits": 'BOOLEAN',
               "solo": 'POINTER'},
     "object": {"role": 'ENUM', "order": 'INT', "offset": 'FLOAT', "expression": 'STRING', "enabled": 'BOOLEAN', "repeat": 'BOOLEAN',
-               "amount": 'FLOAT', "feather": 'FLOAT', "entry": 'POINTER', "intensity": 'FLOAT', "hue_shift": 'FLOAT',
+               "amount": 'FLOAT', "feather": 'FLOAT', "entry": 'POINTER', "intensity": 'FLOAT', "hue_shift": 'FLOAT', "tint": 'FLOAT',
                "keep_brightness": 'BOOLEAN', "intensity_texture": 'POINTER', "hue_shift_texture": 'POINTER', "normal_map": 'POINTER'},
     "view_layer": {"layers": 'COLLECTION', "active_layer": 'INT'},
 }
@@ -53,7 +53,9 @@ def test_defaults(new_object):
     assert (scene.max_depth, scene.max_gates, scene.time_limit, scene.error_target) == (12, 8, 0, 0)
     assert scene.specular_threshold == pytest.approx(0.1)
     assert (item.role, item.amount, item.feather, item.offset, item.enabled, item.repeat) == ('NONE', 1, 0, 0, True, False)
-    assert (item.intensity, item.hue_shift, item.keep_brightness, item.entry) == (1, 0, True, None)
+    assert (item.intensity, item.hue_shift, tuple(item.tint), item.keep_brightness, item.entry) == (1, 0, (1, 1, 1), True, None)
+    item.tint = (-1, 0.5, 2)  # of a colour brighter than white only the colour counts
+    assert tuple(item.tint) == (0, 0.5, 2) and item.bl_rna.properties["tint"].subtype == 'COLOR'
 
 
 def test_order_is_given_at_creation_and_unique(new_object):
@@ -89,9 +91,11 @@ def test_keyframes_reach_the_export_at_subframes(new_object, export_now):
     exit_.sluice.entry = entry
     for frame, value in ((1, 0.0), (11, 1.0)):
         entry.sluice.amount, exit_.sluice.intensity, exit_.sluice.hue_shift = value, 2 * value, 3 * value
+        exit_.sluice.tint = (1, 1 - value, 0.5)
         entry.keyframe_insert("sluice.amount", frame=frame)
         exit_.keyframe_insert("sluice.intensity", frame=frame)
         exit_.keyframe_insert("sluice.hue_shift", frame=frame)
+        exit_.keyframe_insert("sluice.tint", frame=frame)
     entry.sluice.enabled = False
     entry.keyframe_insert("sluice.enabled", frame=20)
     bpy.context.scene.frame_set(6, subframe=0.0)
@@ -102,6 +106,7 @@ def test_keyframes_reach_the_export_at_subframes(new_object, export_now):
     between = export_now()[0]["edits"][0]
     assert 0.75 < between["amount"] < 0.95  # eased
     assert between["exits"][0]["hue_shift"] == pytest.approx(3 * between["amount"], rel=1e-5)
+    assert between["exits"][0]["tint"] == pytest.approx((1, 1 - between["amount"], 0.5), abs=1e-5)
 
 
 def test_scene_settings_can_be_animated(export_now):

@@ -44,7 +44,7 @@ class Hands:
         name, value = dice.choice((
             ("role", dice.choice(['NONE', 'ENTRY', 'EXIT'])), ("expression", dice.choice(EXPRESSIONS)), ("amount", dice.random()),
             ("entry", self.any_object({'EMPTY'})), ("enabled", dice.random() < 0.5), ("intensity", 10 ** dice.uniform(-3, 6)),
-            ("hue_shift", dice.uniform(-9, 9)), ("order", dice.randrange(3)), ("offset", dice.uniform(-1, 1))))
+            ("hue_shift", dice.uniform(-9, 9)), ("tint", (dice.random(), dice.uniform(-1, 9), 0)), ("order", dice.randrange(3)), ("offset", dice.uniform(-1, 1))))
         setattr(edit, name, value)
         item.scale = dice.choice(((1, 1, 1), (0, 1, 1), (-1, 2, 1), (1e-8, 1e-8, 1e-8), (1e12, 1, 1)))
 

@@ -91,6 +91,6 @@ def test_french_is_shown():
     view.language, view.use_translate_interface = 'fr_FR', True
     try:
         shown = bpy.app.translations.pgettext_iface
-        assert (shown("Light Edit"), shown("Exit", "Sluice"), shown("Add Exit", "Operator")) == ("Édition de lumière", "Sortie", "Ajouter une sortie")
+        assert (shown("Light Edit"), shown("Exit", "Sluice"), shown("Tint", "Sluice"), shown("Add Exit", "Operator")) == ("Édition de lumière", "Sortie", "Coloration", "Ajouter une sortie")
     finally:
         view.language = 'en_US'

@@ -20,12 +20,12 @@ TEST(Gains, GainsOfFluxAndRadiance) {
   all[1].exits = all[0].exits;
   Setting s(all);
   const V2d uv(0.5, 0.5);
-  EXPECT_FLOAT_EQ(s.edits.forward(0, 0, uv, {0, 0, -1})->gain, 0.5f * 9);   // σ = 9 keeps brightness
-  EXPECT_FLOAT_EQ(s.edits.backward(0, 0, uv, {0, 0, 1})->gain, 0.5f);
-  EXPECT_FLOAT_EQ(s.edits.forward(0, 1, uv, {0, 0, -1})->gain, 0.5f);       // off keeps flux
-  EXPECT_FLOAT_EQ(s.edits.backward(0, 1, uv, {0, 0, 1})->gain, 0.5f / 9);
-  EXPECT_FLOAT_EQ(s.edits.forward(1, 0, uv, {0, 0, -1})->gain, 0.5f);       // view edits carry radiance
-  EXPECT_FLOAT_EQ(s.edits.forward(1, 1, uv, {0, 0, -1})->gain, 0.5f);
+  EXPECT_FLOAT_EQ(s.edits.forward(0, 0, uv, {0, 0, -1})->gain.x, 0.5f * 9);   // σ = 9 keeps brightness
+  EXPECT_FLOAT_EQ(s.edits.backward(0, 0, uv, {0, 0, 1})->gain.x, 0.5f);
+  EXPECT_FLOAT_EQ(s.edits.forward(0, 1, uv, {0, 0, -1})->gain.x, 0.5f);       // off keeps flux
+  EXPECT_FLOAT_EQ(s.edits.backward(0, 1, uv, {0, 0, 1})->gain.x, 0.5f / 9);
+  EXPECT_FLOAT_EQ(s.edits.forward(1, 0, uv, {0, 0, -1})->gain.x, 0.5f);       // view edits carry radiance
+  EXPECT_FLOAT_EQ(s.edits.forward(1, 1, uv, {0, 0, -1})->gain.x, 0.5f);
   EXPECT_EQ(s.edits.forward(0, 1, uv, {0, 0, -1})->hue, 1);
   EXPECT_TRUE(s.edits[0].side == Side::Light && s.edits[1].side == Side::View);
   // P10: σ · A_in = A_out.
@@ -42,10 +42,38 @@ TEST(Gains, NumbersAreClamped) {
   Setting s(all);
   EXPECT_EQ(s.warnings.size(), 5u);  // the four, and σ = 1e8
   const Passage p = *s.edits.forward(0, 0, {0.5, 0.5}, {0, 0, 1});
-  EXPECT_FLOAT_EQ(p.gain, max_intensity * max_area_ratio);
+  EXPECT_FLOAT_EQ(p.gain.x, max_intensity * max_area_ratio);
   EXPECT_EQ(p.hue, 0);
   EXPECT_EQ(s.edits.weight(0, {0, 0}), 1);
-  EXPECT_NEAR(s.edits.backward(0, 0, {0.5, 0.5}, {0, 0, 1})->gain, max_intensity * 0.01, 1);  // what the clamp took is gone on both sides
+  EXPECT_NEAR(s.edits.backward(0, 0, {0.5, 0.5}, {0, 0, 1})->gain.x, max_intensity * 0.01, 1);  // what the clamp took is gone on both sides
+}
+
+// A tint colours white light and leaves it as bright; forward and backward, on light and view edits, the same.
+TEST(Gains, TintsKeepTheLuminanceOfWhite) {
+  std::vector<EditDescription> all{edit_at("A", flat, "L", 0), edit_at("V", at({0, 0, 9}), "SE", 1)};
+  all[0].exits = all[1].exits = {exit_at("X", at({10, 0, 0}))};
+  const V2d uv(0.5, 0.5);
+  const auto gains = [&](const Color& tint, std::size_t warned = 0) {
+    for (EditDescription& e : all) e.exits[0].intensity = 0.3f, e.exits[0].tint = tint;
+    Setting s(all);
+    EXPECT_EQ(s.warnings.size(), 2 * warned);
+    const Color gain = s.edits.forward(0, 0, uv, {0, 0, -1})->gain;
+    EXPECT_EQ(gain, s.edits.backward(0, 0, uv, {0, 0, 1})->gain);
+    EXPECT_EQ(gain, s.edits.forward(1, 0, uv, {0, 0, -1})->gain);
+    return gain;
+  };
+  const float least = std::numeric_limits<float>::denorm_min(), most = std::numeric_limits<float>::max();
+  for (const Color& tint : {Color(1, 0.4f, 0.1f), Color(0.02f, 0, 0.01f), Color(0, 0, 1), Color(least, 0, 0), Color(most, most, 0), Color(most, 100, 0)}) {
+    const Color gain = gains(tint);
+    EXPECT_NEAR(luminance(gain), 0.3f, 1e-6f);
+    EXPECT_NEAR(double{gain.x} * double{tint.y}, double{gain.y} * double{tint.x}, 1e-6 * double{gain.x} * double{tint.y}) << "another colour";
+  }
+  EXPECT_FLOAT_EQ(gains({0, 0, 0.5f}).z, 0.3f / 0.0722f);
+  for (const Color& grey : {Color(1), Color(0.3f), Color(0), Color(least), Color(most)}) EXPECT_EQ(gains(grey), Color(0.3f));
+  // What is no colour is white, and said; below zero counts as zero.
+  for (const float bad : {std::nanf(""), infinity, -infinity}) EXPECT_EQ(gains({1, bad, 0}, 1), Color(0.3f));
+  EXPECT_EQ(gains({0, -1, 2}, 1), gains({0, 0, 1}));
+  EXPECT_EQ(gains(Color(-1), 1), Color(0.3f));
 }
 
 TEST(Gains, AmountAndFeather) {
@@ -78,7 +106,7 @@ TEST(Gains, TexturesOfExits) {
   x.hue_shift_texture = 2;
   const std::vector<Image> images{image(1, 1, {Color(9)}), image(2, 1, {Color(0), Color(1)}), image(1, 2, {Color(1, 0, 0), Color(0, 1, 0)})};
   Setting s(all, {}, V3d(0), {}, 8, images);
-  const auto gain = [&](double u) { return s.edits.forward(0, 0, {u, 0.5}, {0, 0, -1})->gain; };
+  const auto gain = [&](double u) { return s.edits.forward(0, 0, {u, 0.5}, {0, 0, -1})->gain.x; };
   EXPECT_FLOAT_EQ(gain(0), 0);
   EXPECT_FLOAT_EQ(gain(0.5), 1);
   EXPECT_FLOAT_EQ(gain(1), 2);
@@ -89,15 +117,15 @@ TEST(Gains, TexturesOfExits) {
   for (const float bad : {std::nanf(""), -5.0f}) {
     Setting broken(all, {}, V3d(0), {}, 8, std::vector<Image>{images[0], image(1, 1, {Color(bad)}), image(1, 1, {Color(bad)})});
     const Passage p = *broken.edits.forward(0, 0, {0.5, 0.5}, {0, 0, -1});
-    EXPECT_EQ(p.gain, 0);
+    EXPECT_EQ(p.gain.x, 0);
     EXPECT_TRUE(std::isfinite(p.hue));
   }
   Setting huge(all, {}, V3d(0), {}, 8, std::vector<Image>{images[0], image(1, 1, {Color(1e9f)}), images[2]});
-  EXPECT_EQ(huge.edits.forward(0, 0, {0.5, 0.5}, {0, 0, -1})->gain, max_intensity);
+  EXPECT_EQ(huge.edits.forward(0, 0, {0.5, 0.5}, {0, 0, -1})->gain.x, max_intensity);
   Image missing;
   missing.name = "gobo.png";
   Setting without(all, {}, V3d(0), {}, 8, std::vector<Image>{images[0], missing, images[2]});
-  EXPECT_FLOAT_EQ(without.edits.forward(0, 0, {0, 0}, {0, 0, -1})->gain, 2);
+  EXPECT_FLOAT_EQ(without.edits.forward(0, 0, {0, 0}, {0, 0, -1})->gain.x, 2);
   const bool said = std::any_of(without.warnings.begin(), without.warnings.end(), [](const Warning& w) { return w.item == "X" && w.message.find("gobo.png") != std::string::npos; });
   EXPECT_TRUE(said);
 }
@@ -114,10 +142,10 @@ TEST(Gains, NormalMapTurnsTheExit) {
   const Passage p = *s.edits.forward(0, 0, uv, {0, 0, -1});
   EXPECT_NEAR(p.direction.x, -std::sin(tilt), 1e-6);
   EXPECT_NEAR(p.direction.z, -std::cos(tilt), 1e-6);
-  EXPECT_EQ(p.gain, 1);  // flux
+  EXPECT_EQ(p.gain.x, 1);  // flux
   const Passage back = *s.edits.backward(0, 0, uv, -p.direction);
   EXPECT_NEAR(back.direction.z, 1, 1e-6);
-  EXPECT_NEAR(back.gain, 1 / std::cos(tilt), 1e-6);  // radiance: |cos in| / |cos out|
+  EXPECT_NEAR(back.gain.x, 1 / std::cos(tilt), 1e-6);  // radiance: |cos in| / |cos out|
   // Grazing at the exit: dropped on both sides alike, on light edits.
   EXPECT_FALSE(s.edits.forward(0, 0, uv, to_float(V3d(std::cos(tilt), 0, std::sin(tilt)))));
   EXPECT_FALSE(s.edits.backward(0, 0, uv, to_float(V3d(1, 0, 0.5e-3))));

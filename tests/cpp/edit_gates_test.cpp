@@ -238,18 +238,18 @@ TEST(Gates, P14IdentityAndReturn) {
     const Passage same = *s.edits.forward(0, 0, uv, d);
     EXPECT_NEAR((same.position - s.edits[0].entry.point(uv)).length(), 0, 1e-12);
     EXPECT_NEAR((same.direction - d).length(), 0, 1e-6);
-    EXPECT_EQ(same.gain, 1);
+    EXPECT_EQ(same.gain, Color(1));
     const Passage there = *s.edits.forward(1, 0, uv, d), back = *s.edits.backward(1, 0, uv, -there.direction);
     EXPECT_NEAR(there.direction.length(), 1, 1e-6);
     EXPECT_NEAR((back.direction + d).length(), 0, 1e-6);
     EXPECT_NEAR((back.position - s.edits[1].entry.point(uv)).length(), 0, 1e-12);
-    EXPECT_EQ(back.gain, 1);  // keep_brightness keeps radiance
+    EXPECT_EQ(back.gain, Color(1));  // keep_brightness keeps radiance
     // In through the front of the entry, out of the back of the exit.
     const auto side = [](const Quad& q, const V3f& w) { return to_double(w).dot(q.frame.n) > 0; };
     EXPECT_EQ(side(s.edits[1].entry, d), side(s.edits[1].exits[0].quad, there.direction));
     const Passage straight = *s.edits.forward(1, straight_on, uv, d);
     EXPECT_EQ(straight.direction, d);
-    EXPECT_EQ(straight.gain, 1);
+    EXPECT_EQ(straight.gain, Color(1));
     EXPECT_EQ(straight.group, s.edits[1].entry.group);
   }
 }

@@ -31,6 +31,7 @@ TEST(EyeOracle, gates_in_front_of_the_eye) {
   Stage s = under_ceiling();
   auto& e = s.edit("In", "LD'Floor'", facing({0, -0.5, 1}, {0.3, -0.1, 0.4}), 0.3);
   s.exit(e, facing({0.2, -0.6, 1}, {-0.3, -0.1, 0.5}, 1, 1, 0.3), 0.3).hue_shift = 1.2f;
+  s.scene.edits[0].exits[0].tint = {0.2f, 0.1f, 0.6f};
   compare("what the floor sends to the eye, moved", s, Which::Eye, everything);
   s.scene.edits[0].expression = "L.*";
   s.scene.edits[0].amount = 0.6f, s.scene.edits[0].feather = 0.5f;
@@ -45,6 +46,7 @@ TEST(EyeOracle, edits_in_a_mirror) {
   s.scene.materials[0] = painted({0.9f, 0.2f, 0.1f}), s.scene.materials[1] = painted({0.1f, 0.2f, 0.9f});
   auto& e = s.edit("In", "L.*S'Mirror'", facing({0, -0.6, 1}, {-0.1, -0.1, 0.4}), 0.3);
   s.exit(e, facing({0, -0.6, 1}, {0, -0.1, 0.45}), 0.3).hue_shift = std::numbers::pi_v<float> / 6;
+  s.scene.edits[0].exits[0].tint = {0.5f, 0.8f, 0.3f};
   compare("hue of a mirror's picture", s, Which::Eye, everything);
   auto& f = s.edit("Before", "LD+", facing({0, 0.6, 1}, {0, 0.5, 0.5}), 0.4);
   s.exit(f, facing({0, 0.5, 1}, {0.1, 0.5, 0.6}, 1, 1, 0.5), 0.35).hue_shift = -2;
@@ -149,6 +151,7 @@ TEST(EyeOracle, leaf_before_the_eye) {
   s.plate("Leaf", facing({0, -0.4, 1}, {0.1, -0.1, 0.5}, 0.35, 0.35, 0.3), mixed(painted({0.2f, 0.7f, 0.2f}), test::see_through({0.6f, 1, 0.5f}), 0.6f));
   auto& e = s.edit("In", "LD'Floor'|L", facing({0, -0.4, 1}, {0.2, -0.1, 0.3}), 0.35);
   s.exit(e, facing({0, -0.5, 1}, {-0.1, -0.2, 0.7}), 0.3).hue_shift = 1;
+  s.scene.edits[0].exits[0].tint = {0.3f, 0.4f, 0.8f};
   compare("leaf before the eye", s, Which::Eye, everything);
 }
 
@@ -183,6 +186,7 @@ TEST(EyeOracle, view_and_light_edits_together) {
   Stage s = with_mirror();
   auto& v = s.edit("View", "SE|E", facing({0, -0.6, 1}, {0.1, -0.3, 0.6}), 0.3);
   s.exit(v, facing({0, -0.6, 1}, {-0.1, -0.2, 0.55}), 0.3).hue_shift = 1;
+  s.scene.edits[0].exits[0].tint = {0.9f, 0.5f, 0.4f};
   auto& l = s.edit("Light", "L.*", facing({0, -0.5, 1}, {-0.1, -0.1, 0.3}), 0.35);
   s.exit(l, facing({0, -0.5, 1}, {0.1, 0, 0.5}), 0.35).intensity = 0.8f;
   auto& m = s.edit("After", "L.*F'View'|LD", facing({0, -0.6, 1}, {0, -0.5, 0.8}), 0.3);  // light that view edit sends to the eye

@@ -34,6 +34,7 @@ TEST(Oracle, direct_light_through_a_gate) {
   Stage s = under_point_lamp();
   auto& e = s.edit("In", "L", facing({0.2, 0.1, 1}, {0.3, 0, 0.8}), 0.3);
   s.exit(e, facing({0, 0, 1}, {-0.2, 0.1, 0.5}, 1, 1.3, 0.4), 0.3).hue_shift = 1;
+  s.scene.edits[0].exits[0].tint = {0.8f, 0.4f, 0.1f};
   compare("direct light through a gate", s, Which::Forward, lit);
 }
 

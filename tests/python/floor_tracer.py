@@ -27,6 +27,11 @@ def turn_hue(color, angle):
     return turned * (LUMINANCE @ color) / (LUMINANCE @ turned)
 
 
+def tinted(color, tint=(1, 1, 1)):
+    """White keeps its luminance."""
+    return color * np.array(tint) / (LUMINANCE @ tint)
+
+
 class Quad:
     def __init__(self, description):
         m, half = description["matrix"], description["half_size"]
@@ -142,6 +147,7 @@ def land(paths, edits, takes, landed):
             if leaves.get("hue_shift"):
                 color = flux[0] / max(flux[0].max(), 1e-300)
                 flux = (flux @ LUMINANCE / (LUMINANCE @ color))[:, None] * turn_hue(color, leaves["hue_shift"])
+            flux = tinted(flux, leaves.get("tint", (1, 1, 1)))
             onward.append((Paths(quad.point(uv), quad.to_world(entry.to_local(taken.direction)), flux, word, np.full(len(uv), i)), which == i))
     return onward
 

@@ -132,7 +132,8 @@ def test_an_edit_in_words():
     plain = {"size": 1.0, "keep_brightness": True, "intensity": 1.0, "hue_shift": 0.0}
     assert sheet.in_words({"name": "In", "exits": []}) == "In → nowhere: it is removed"
     exits = [{**plain, "name": "A"}, {**plain, "name": "B", "size": 1.8, "keep_brightness": False, "intensity": 0.15, "hue_shift": 100.0}]
-    assert sheet.in_words({"name": "In", "exits": exits}) == "In → A; B (1.8 × the size, energy kept, 0.15 × the light, hue +100°)"
+    exits.append({**plain, "name": "C", "tint": [1.0, 0.4, 0.1]})
+    assert sheet.in_words({"name": "In", "exits": exits}) == "In → A; B (1.8 × the size, energy kept, 0.15 × the light, hue +100°); C (tinted)"
 
 
 def test_price_of_an_error():

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 import pytest
-from floor_tracer import Quad, expected_edited, from_point, from_square, from_sun, turn_hue
+from floor_tracer import Quad, expected_edited, from_point, from_square, from_sun
 from scenes import LUMINANCE, Scene, diffuse, exit_at, quad, render, seeds
 from statistics_of_renders import assert_blocks, assert_mean, assert_same_mean, blocks
 
@@ -205,30 +205,6 @@ def test_feather_takes_its_share_of_the_flux(feather):
     share = (1 - feather / 2) ** 2
     assert_mean(got[:, :, SIZE // 2 :].mean((1, 2, 3)) * 2, flux * share, finest=0.04)
     assert_mean(got[:, :, : SIZE // 2].mean((1, 2, 3)) * 2, flux * (1 - share), finest=0.04)
-
-
-# --- colour -------------------------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("angle", [0.5, 2 * math.pi / 3, -2.5])
-def test_hue_shift_turns_the_hue_and_keeps_the_luminance(angle):
-    color = np.array((1.0, 0.45, 0.2))
-    scene, light = floor_scene("point", color=tuple(color))
-    scene.edit("L", ENTRY, [{**EXITS["rotated"], "hue_shift": angle}])
-    got, _ = check(scene, light, color=color)
-    want = turn_hue(color, angle)
-    total = got.mean("Edited").sum((0, 1))
-    np.testing.assert_allclose(total / (LUMINANCE @ total), want / (LUMINANCE @ want), rtol=2e-4)
-
-
-def test_hue_shift_leaves_greys_alone():
-    """Bit for bit: an angle on grey light is no angle."""
-    hashes = []
-    for angle in (0.0, 1.0):
-        scene, _ = floor_scene("point", color=(0.7, 0.7, 0.7))
-        scene.edit("L", ENTRY, [{**EXITS["rotated"], "hue_shift": angle}])
-        hashes.append(render(scene).hash)
-    assert hashes[0] == hashes[1]
 
 
 # --- chains -------------------------------------------------------------------------------------------------------------------------------

@@ -7,18 +7,18 @@ import math
 
 import numpy as np
 import pytest
-from floor_tracer import Quad, turn_hue
+from floor_tracer import Quad, tinted, turn_hue
 from scenes import Scene, diffuse, emission, exit_at, looking, mirror, quad, render, seeds
 from statistics_of_renders import assert_mean
 
-SIZE, TINT, CEILING = 32, np.array((0.9, 0.8, 0.7)), 2.0
+SIZE, MIRROR, CEILING = 32, np.array((0.9, 0.8, 0.7)), 2.0
 RANDOM = np.random.default_rng(5)
 COLORS = np.round(RANDOM.uniform(0.1, 1.0, (6, 6, 3)), 3)  # of squares of side 0.5 between ±1.5
 
 
 def scene_with(ceiling):
     scene = Scene(size=SIZE)
-    scene.plane("Mirror", [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], mirror(TINT))
+    scene.plane("Mirror", [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], mirror(MIRROR))
     scene.camera(looking((0, 0, 1), (0, 0, -1)), 1.0)
     if ceiling == "emits":
         for i, j in np.ndindex(6, 6):
@@ -55,7 +55,8 @@ def through(entry, leaves):
         color = seen(at)
         if leaves.get("hue_shift"):
             color = np.stack([turn_hue(c, leaves["hue_shift"]) if c.any() else c for c in color])
-        return np.where(np.isfinite(t)[:, None], color * leaves.get("intensity", 1.0), np.nan)
+        color = tinted(color, leaves.get("tint", (1, 1, 1))) * leaves.get("intensity", 1.0)
+        return np.where(np.isfinite(t)[:, None], color, np.nan)
 
     return show
 
@@ -70,7 +71,7 @@ def expected(edits):
     for entry, shows in edits:
         inside = np.isfinite(Quad(entry).cross(points, np.broadcast_to([0, 0, 1.0], points.shape))[0])
         color = np.where(inside[:, None], sum((show(points) for show in shows), np.zeros_like(color)), color)
-    fine = (color * TINT).reshape(SIZE, 7, SIZE, 7, 3)
+    fine = (color * MIRROR).reshape(SIZE, 7, SIZE, 7, 3)
     low, high = fine.min((1, 3)), fine.max((1, 3))
     return np.where((high - low).max(-1, keepdims=True) < 1e-9, low, np.nan)
 
@@ -94,6 +95,8 @@ EXITS = {
     "dimmed": exit_at((0.5, -0.625, 1.5), **UP, intensity=0.25),
     "recoloured": exit_at((-0.25, 0.125, 0), **UP, hue_shift=1.7),
     "moved and recoloured": exit_at((0.5, -0.625, 1.5), **UP, hue_shift=-0.8, intensity=2.0),
+    "tinted": exit_at((0.5, -0.625, 1.5), **UP, tint=(0.1, 0.6, 0.2)),
+    "recoloured and tinted": exit_at((-0.25, 0.125, 0), **UP, hue_shift=1.7, tint=(0.6, 0.3, 0.05)),
 }
 
 
@@ -112,6 +115,15 @@ def test_the_mirror_shows_the_exits_place(way):
     compare(done["Combined"], want)
     assert np.abs(np.nan_to_num(want - expected([]))).max() > 0.05  # the edit is seen
     assert done.edit()["matched"] == done.edit()["moved"] > 0
+
+
+@pytest.mark.parametrize("expression", ["S'Mirror'E", "LS'Mirror'"])
+def test_a_tint_on_the_mirror(expression):
+    """On what the eye sees in it and on the light that it sends to the eye, which a view path meets backward: the same picture."""
+    tints = exit_at((-0.25, 0.125, 0), **UP, tint=(0.6, 0.3, 0.05))
+    scene = scene_with("emits")
+    scene.edit(expression, ENTRY, [tints])
+    compare(render(scene, passes=2)["Combined"], expected([(ENTRY, [through(ENTRY, tints)])]))
 
 
 @pytest.mark.parametrize("way", ["re-aimed", "rotated", "mirrored", "tilted, mirrored"])
@@ -176,7 +188,7 @@ def test_a_chain_of_view_edits():
 
 
 def test_an_edit_in_front_of_the_camera():
-    """Expression E: what the camera sees through the quad is what the exit sees; here, the ceiling at once, without the mirror's tint."""
+    """Expression E: what the camera sees through the quad is what the exit sees; here, the ceiling at once, without the mirror's colour."""
     entry = quad((-0.25, 0.125, 0.5), (0.5, 0, 0), (0, 0.375, 0))
     leaves = exit_at((0.5, -0.625, 1.5), (0.5, 0, 0), (0, 0.375, 0), (0, 0, -1))  # in from the front, so out through the back: up
     scene = scene_with("emits")
@@ -184,7 +196,7 @@ def test_an_edit_in_front_of_the_camera():
     done = render(scene, passes=2)
     assert done.edit()["matched"] > 0
     flat = through(quad((-0.25, 0.125, 0.5), **UP), exit_at((0.5, -0.625, 1.5), **UP))
-    compare(done["Combined"], expected([(entry, [lambda p: flat(p) / TINT])]))
+    compare(done["Combined"], expected([(entry, [lambda p: flat(p) / MIRROR])]))
 
 
 # --- a lit ceiling ---------------------------------------------------------------------------------------------------------------------------
@@ -201,7 +213,7 @@ def test_a_lit_ceiling_is_shown_through_the_exit():
     got = seeds(scene, 6, passes=16, use_indirect=False, use_caustics=False)
     x, y = np.meshgrid(*[(np.arange(SIZE) + 0.5) / SIZE * 2 - 1] * 2)
     inside = (np.abs(x + 0.25) < 0.5) & (np.abs(y - 0.125) < 0.375)
-    want = np.where(inside, lit(x + 0.75, y - 0.625), lit(x, y))[..., None] * TINT
+    want = np.where(inside, lit(x + 0.75, y - 0.625), lit(x, y))[..., None] * MIRROR
     np.testing.assert_allclose(got.mean("Direct"), want, rtol=0.01)  # a pixel's own slope, at 4 samples
     assert_mean(got.stack("Direct")[:, inside].mean((1, 2)), want[inside].mean(), bias=1e-3)
     assert_mean(got.stack("Direct").mean((1, 2, 3)), want.mean(), bias=1e-3)
@@ -235,6 +247,6 @@ def test_a_light_edit_is_seen_through_a_view_edit():
     given = (np.abs(sx + 0.75) < 0.17) & (np.abs(sy - 0.75) < 0.17)
     assert (taken & inside).sum() > 30 and (taken & ~inside).sum() > 30 and (given & ~inside).sum() > 20
     assert not got.stack("Direct")[:, taken].any()
-    np.testing.assert_allclose(got.mean("Direct")[~taken], (lit(sx, sy)[..., None] * TINT)[~taken], rtol=0.03)
-    moved = (lit(sx + 1.25, sy - 1.25)[..., None] * TINT)[given].mean()
+    np.testing.assert_allclose(got.mean("Direct")[~taken], (lit(sx, sy)[..., None] * MIRROR)[~taken], rtol=0.03)
+    moved = (lit(sx + 1.25, sy - 1.25)[..., None] * MIRROR)[given].mean()
     assert_mean(got.stack("Edited")[:, given].mean((1, 2)), moved, bias=0.01, finest=0.04)

@@ -39,6 +39,7 @@ class EyeTracer {
     V3d eye_side, light_side;  // positions: a gate's exit and entry
     V3d factor;                // of radiance, without H
     double hue = 0;
+    V3d tint{1};               // after H
     Event event = Event::F;    // of a surface
     int entity = -1, edit = -1, exit = -1;
     bool delta = false;        // a surface's lobe has one direction only
@@ -129,7 +130,7 @@ class EyeTracer {
       const auto turned = rules_.gates.backward(m.gate->edit, m.gate->exit, m.uv, direction);
       if (!turned) return false;
       node.eye_side = m.gate->point(m.uv), node.light_side = turned->position, direction = turned->direction.normalized();
-      node.factor = V3d(turned->gain * a), node.hue = turned->hue;
+      node.factor = V3d(turned->gain * a), node.hue = turned->hue, node.tint = turned->tint;
     }
     view = start(node.light_side, direction);
     view.plane = view.skipped_plane = rules_.gates.gate(m.gate->edit, -1).plane;
@@ -169,7 +170,7 @@ class EyeTracer {
       const auto turned = rules_.gates.forward(edit, exit, m.uv, direction);
       if (!turned) return false;
       node.light_side = turned->position, direction = turned->direction.normalized();
-      node.factor = V3d(turned->gain * a * (exits + 1)), node.hue = turned->hue;
+      node.factor = V3d(turned->gain * a * (exits + 1)), node.hue = turned->hue, node.tint = turned->tint;
     }
     if (node.factor == V3d(0)) return false;
     nodes_.push_back(node);
@@ -225,7 +226,7 @@ class EyeTracer {
       } else {
         history.word += rules_.words.event(node->event, node->entity);
       }
-      color = turned_hue(color * node->factor, node->hue);
+      color = turned_hue(color * node->factor, node->hue) * node->tint;
       origin = node->eye_side;
       last = node;
     }

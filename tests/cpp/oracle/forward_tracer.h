@@ -104,7 +104,7 @@ class ForwardTracer {
       const auto turned = rules_.gates.forward(edit, x, m.uv, V3d(path.direction));
       if (!turned || !(a > 0)) continue;
       next.exit = x, next.origin = turned->position, next.direction = V3f(turned->direction.normalized());
-      next.flux = turned_hue(path.flux * (turned->gain * a), turned->hue);
+      next.flux = turned_hue(path.flux * (turned->gain * a), turned->hue) * turned->tint;
       walk(next);
     }
     if (!(a < 1)) return;

@@ -53,6 +53,7 @@ struct Turned {
   V3d position, direction;
   double gain;
   double hue;
+  V3d tint;  // after H
 };
 
 inline double luma(const V3d& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
@@ -150,7 +151,7 @@ class Gates {
     if (const auto n = normal(x, uv)) local = rotated(local, {0, 0, 1}, *n);
     if (x.normal_map >= 0 && std::abs(local.z) < 1e-3 && !in.of_view) return {};
     const double area_ratio = x.keep_brightness && !in.of_view ? out.area / in.area : 1;
-    return Turned{out.point(uv), out.t * local.x + out.b * local.y + out.n * local.z, intensity(x, uv) * area_ratio, hue(x, uv)};
+    return Turned{out.point(uv), out.t * local.x + out.b * local.y + out.n * local.z, intensity(x, uv) * area_ratio, hue(x, uv), tint(x)};
   }
   // A view ray meets an exit of a light edit; on from the entry. Radiance gain.
   [[nodiscard]] std::optional<Turned> backward(int edit, int exit, const V2d& uv, const V3d& d) const {
@@ -161,7 +162,7 @@ class Gates {
     if (const auto n = normal(x, uv)) local = rotated(local, *n, {0, 0, 1});
     if (x.normal_map >= 0 && cos_out < 1e-3) return {};
     const double gain = intensity(x, uv) * (x.keep_brightness ? 1 : in.area / out.area) * std::abs(local.z) / cos_out;
-    return Turned{in.point(uv), in.t * local.x + in.b * local.y + in.n * local.z, gain, hue(x, uv)};
+    return Turned{in.point(uv), in.t * local.x + in.b * local.y + in.n * local.z, gain, hue(x, uv), tint(x)};
   }
 
  private:
@@ -221,6 +222,8 @@ class Gates {
   }
   [[nodiscard]] double intensity(const ExitDescription& x, const V2d& uv) const { return x.intensity * (x.intensity_texture >= 0 ? texture(x.intensity_texture, uv) : 1); }
   [[nodiscard]] double hue(const ExitDescription& x, const V2d& uv) const { return x.hue_shift * (x.hue_shift_texture >= 0 ? texture(x.hue_shift_texture, uv) : 1); }
+  // What white light becomes: no brighter, no darker.
+  [[nodiscard]] static V3d tint(const ExitDescription& x) { return luma(V3d(x.tint)) > 0 ? V3d(x.tint) / luma(V3d(x.tint)) : V3d(1); }
   [[nodiscard]] std::optional<V3d> normal(const ExitDescription& x, const V2d& uv) const {
     if (x.normal_map < 0) return {};
     const Color c = sample_clamped(images_[static_cast<std::size_t>(x.normal_map)], static_cast<float>(uv.x), static_cast<float>(uv.y));
