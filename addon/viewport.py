@@ -17,8 +17,10 @@ from .export.names import Names
 from .export.settings import export_settings
 
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
-_COARSE = {8: {"photons": 20000, "pilot_paths": 1 << 14}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
+_COARSE = {8: {"photons": 8192, "pilot_paths": 1 << 12}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
 _POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
+_AT_ONCE = 0.04  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
+_DRAWING = 0.1  # of the time, at most, for redraws while passes come in: without a graphics card they cost what renders
 _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
 
 
@@ -39,7 +41,8 @@ class View:
         self.texture = None
         self.shown_pass = 0
         self.watched = False  # by a timer
-        self.drawn = 0.0
+        self.drawn = 0.0  # when it was drawn last
+        self.redraw = 0.0  # seconds that the whole window's redraw took then
 
     def stop(self):
         if self.session is not None:
@@ -99,6 +102,7 @@ def _settings(depsgraph):
 
 def draw(engine, context, depsgraph):
     """Draws the last finished image; starts over when the view moved (orbiting calls draw alone)."""
+    begin = time.monotonic()
     try:
         view = engine.view
         if view is None:
@@ -110,6 +114,7 @@ def draw(engine, context, depsgraph):
                 _watch(engine, view)
         _draw_image(view, context.region)
         view.drawn = time.monotonic()
+        bpy.app.timers.register(functools.partial(_time_redraw, view, begin), first_interval=0)  # runs when all is drawn
     except Exception as error:
         _fail(engine, error)
 
@@ -136,6 +141,8 @@ def _start(engine, view, scene, level):
     if view.base is None or not view.session.start_from(view.base, shot, settings):
         view.session.start({**view.description, **shot}, settings)
         view.base = view.session
+    elif level == 0:
+        view.session.wait(_AT_ONCE)
 
 
 def _settings_of_level(settings, pixel):
@@ -147,8 +154,23 @@ def _settings_of_level(settings, pixel):
 
 def _refresh(engine, view, scene):
     """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
-    if view.session is None:
+    if view.session is None or view.stale and (view.level > 0 or view.shown_pass > 0):
         _start(engine, view, scene, 0)
+    finished = _take_image(view)
+    if finished and view.stale:
+        _start(engine, view, scene, 0)
+        finished = _take_image(view)
+    engine.update_stats("Sluice", status.line(view.session.progress()))
+    if finished and view.level > 0 and not view.told:  # the coarsest misses light
+        statistics.remember(view.session)
+        statistics.redraw()
+        view.told = True
+    if finished and view.level + 1 < len(_LEVELS):
+        _start(engine, view, scene, view.level + 1)
+
+
+def _take_image(view):
+    """Is the session done?"""
     finished = view.session.wait(0)
     progress = view.session.progress()
     if progress["state"] == 'failed' and not view.stale:
@@ -158,15 +180,7 @@ def _refresh(engine, view, scene):
         if images is not None:
             view.texture = _make_texture(images["Combined"])
             view.shown_pass = progress["pass"]
-    engine.update_stats("Sluice", status.line(progress))
-    if finished and view.level > 0 and not view.stale and not view.told:  # the coarsest misses light
-        statistics.remember(view.session)
-        statistics.redraw()
-        view.told = True
-    if view.stale and (finished or view.level > 0 or view.shown_pass > 0):
-        _start(engine, view, scene, 0)
-    elif finished and view.level + 1 < len(_LEVELS):
-        _start(engine, view, scene, view.level + 1)
+    return finished
 
 
 def _at_rest(view):
@@ -187,15 +201,20 @@ def _look(engine_reference, view):
     if engine is None or view.session is None:
         view.watched = False
         return None
-    finished = view.session.wait(0)
+    finished, since = view.session.wait(0), time.monotonic() - view.drawn
+    has_news = view.session.progress()["pass"] > view.shown_pass
     try:
-        if finished or view.session.progress()["pass"] > view.shown_pass or view.shown_pass == 0 and time.monotonic() - view.drawn > _POLL:
+        if finished or has_news and since > (view.redraw / _DRAWING if view.shown_pass else 0) or view.shown_pass == 0 and since > _POLL:
             engine.tag_redraw()
     except ReferenceError:  # Blender has freed its half of the engine
         view.stop()
         finished = True
     view.watched = not finished
     return None if finished else _POLL if view.shown_pass else _SOON
+
+
+def _time_redraw(view, begin):
+    view.redraw = time.monotonic() - begin
 
 
 def _make_texture(pixels):

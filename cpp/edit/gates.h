@@ -109,6 +109,7 @@ class Edits {
   void crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
   // Entries alone, where no gate can be met backward.
   void entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
+  [[nodiscard]] bool any_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return entries_[index(side)].any(segment, members); }
   // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
   void crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const;
 

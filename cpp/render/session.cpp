@@ -186,7 +186,8 @@ void Session::explain_edits(const Scene& scene, const Effects& effects) {
 }
 
 void Session::start_rendering(const Scene& scene, const Effects& effects) {
-  auto film = std::make_unique<Film>(scene.frame().x1 - scene.frame().x0, scene.frame().y1 - scene.frame().y0, layer_names(scene));
+  const FrameDescription& frame = scene.frame();
+  auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0, layer_names(scene), frame.x0, frame.y0);
   {
     const std::lock_guard lock(film_lock_);
     film_ = std::move(film);

@@ -14,12 +14,6 @@ using Parts = Scene::Parts;
 template <class Kind>
 concept Infinite = std::same_as<Kind, Sun> || std::same_as<Kind, World>;
 
-// Length of a shadow ray to a light at `distance`, met at `cosine`: short of what rounding may make of the distance to a surface in the
-// light's own plane (`clearance`: its error in m, without what grows with the distance).
-[[nodiscard]] inline double short_of(double distance, double clearance, float cosine) noexcept {
-  return std::max(distance - (2 * clearance + 0x1p-21 * distance) / cosine, 0.5 * distance);
-}
-
 struct LampCrossing {
   double t;
   Color radiance;

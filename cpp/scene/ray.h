@@ -2,6 +2,8 @@
 // A ray and what it hits, in re-centred space (world minus Scene::centre()). Positions and distances are double: the gates of design
 // §2 decide by them. Knows nothing of materials or of the acceleration structure.
 #pragma once
+#include <algorithm>
+
 #include "base/math.h"
 
 namespace sluice {
@@ -27,6 +29,12 @@ struct Hit {
 // The ray that goes on from a hit, on whichever side `direction` points to.
 [[nodiscard]] inline Ray ray_from(const Hit& hit, const V3f& direction, double t_max = std::numeric_limits<double>::infinity()) noexcept {
   return {hit.position, direction, t_max, hit.clearance, false};
+}
+
+// Length of a shadow ray to a surface at `distance`, met at `cosine`: short of what rounding may make of the distance to a surface in that
+// one's own plane (`clearance`: its error in m, without what grows with the distance).
+[[nodiscard]] inline double short_of(double distance, double clearance, float cosine) noexcept {
+  return std::max(distance - (2 * clearance + 0x1p-21 * distance) / cosine, 0.5 * distance);
 }
 
 }  // namespace sluice

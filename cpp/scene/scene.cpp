@@ -110,6 +110,11 @@ std::optional<Color> Scene::transmittance(const Ray& ray) const noexcept {
   return {};
 }
 
+bool Scene::is_clear(const Ray& ray) const noexcept {
+  const ShadowRay whole(ray);
+  return !parts_->accelerator.blocked(whole.origin, whole.direction, whole.t_max, mask_any);
+}
+
 const Material& Scene::material(const Hit& hit) const noexcept {
   return parts_->materials[parts_->binding(parts_->instances[hit.instance], hit.triangle).material];
 }

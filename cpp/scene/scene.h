@@ -44,6 +44,8 @@ class Scene {
   // What is left of light along the segment [0, t_max]: the product of the transparencies of the shadow-casting surfaces on it,
   // black if one is opaque. Lamps block nothing. Empty: more transparent surfaces than are followed.
   [[nodiscard]] std::optional<Color> transmittance(const Ray& ray) const noexcept;
+  // No surface at all on the segment [0, t_max], opaque or not: what intersect() would not meet either.
+  [[nodiscard]] bool is_clear(const Ray& ray) const noexcept;
 
   [[nodiscard]] const Material& material(const Hit& hit) const noexcept;
   // What shade() needs to know at a hit seen from `wo` (unit, away from the surface). Photons set point.photon themselves.

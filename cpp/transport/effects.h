@@ -18,6 +18,7 @@ struct Effects {
   unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
 
   [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
+  [[nodiscard]] bool words() const noexcept { return light_edits || view_edits || layers; }  // does someone ask what happened to light? Else nobody keeps it
 
   struct Reason {
     std::string effect;

@@ -14,8 +14,8 @@ int total(const std::array<int, stream_count>& passes) noexcept { return std::ac
 
 }  // namespace
 
-Film::Film(int width, int height, std::vector<std::string> layers)
-    : width_(width), height_(height), planes_(fixed_planes()), layer_count_(static_cast<int>(layers.size())), stride_(layers_at + 3 * layer_count_),
+Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y0)
+    : width_(width), height_(height), before_x_(x0 % tile), before_y_(y0 % tile), planes_(fixed_planes()), layer_count_(static_cast<int>(layers.size())), stride_(layers_at + 3 * layer_count_),
       sums_(static_cast<std::size_t>(width) * height * stride_, 0.0), block_(sums_.size(), 0.0), tile_passes_(tile_count()) {
   for (int i = 0; i < layer_count_; ++i) planes_.push_back({std::move(layers[i]), 3, layers_at + 3 * i});
 }
@@ -37,8 +37,8 @@ const Film::Plane* Film::find(const std::string& name) const noexcept {
 bool Film::is_fixed(const std::string& name) noexcept { return std::ranges::find(fixed_planes(), name, &Plane::name) != fixed_planes().end(); }
 
 Film::Box Film::box(int tile_index) const noexcept {
-  const int x = tile_index % tiles_x() * tile, y = tile_index / tiles_x() * tile;
-  return {x, y, std::min(x + tile, width_), std::min(y + tile, height_)};
+  const int x = tile_index % tiles_x() * tile - before_x_, y = tile_index / tiles_x() * tile - before_y_;
+  return {std::max(x, 0), std::max(y, 0), std::min(x + tile, width_), std::min(y + tile, height_)};
 }
 
 void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples, std::span<const Color> layers) {

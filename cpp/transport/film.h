@@ -54,13 +54,14 @@ class Film {
  public:
   static constexpr int tile = 32;
 
-  // Layers come behind the fixed passes, under names of their own.
-  Film(int width, int height, std::vector<std::string> layers = {});
+  // Of a border whose corner is (x0, y0) in the full frame: tiles are the full frame's, cut off at the border. Layers come behind the fixed
+  // passes, under names of their own.
+  Film(int width, int height, std::vector<std::string> layers = {}, int x0 = 0, int y0 = 0);
 
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] int height() const noexcept { return height_; }
-  [[nodiscard]] int tiles_x() const noexcept { return (width_ + tile - 1) / tile; }
-  [[nodiscard]] int tile_count() const noexcept { return tiles_x() * ((height_ + tile - 1) / tile); }
+  [[nodiscard]] int tiles_x() const noexcept { return (before_x_ + width_ + tile - 1) / tile; }
+  [[nodiscard]] int tile_count() const noexcept { return tiles_x() * ((before_y_ + height_ + tile - 1) / tile); }
   struct Box {
     int x0, y0, x1, y1;
   };
@@ -99,11 +100,12 @@ class Film {
   struct Estimate {
     V3d mean, variance;  // of the mean; in double, as squares of bright lights overflow floats
   };
-  [[nodiscard]] int tile_of(int x, int y) const noexcept { return (y / tile) * tiles_x() + x / tile; }
+  [[nodiscard]] int tile_of(int x, int y) const noexcept { return ((y + before_y_) / tile) * tiles_x() + (x + before_x_) / tile; }
   [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride_ + at] + block_[pixel * stride_ + at]; }
   [[nodiscard]] Estimate estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept;
 
   int width_, height_;
+  int before_x_, before_y_;  // of the first tile, cut off
   std::vector<Plane> planes_;
   int layer_count_, stride_;
   std::vector<double> sums_, block_;                          // of the closed blocks; of the open one

@@ -18,7 +18,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
-  start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
+  if (effects_.words()) start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
   if (witness_) start.word = witness_->after(-1, Event::L, scene_.light_entity(photon.light));
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
@@ -57,7 +57,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     ++counts.rays;
     const Segment segment{path.origin, V3d(path.direction), path.t_min, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
     std::optional<Crossing> crossing;
-    if (!states_.taking(path.q).empty()) {  // else the segment asks nothing
+    if (effects_.light_edits && !states_.taking(path.q).empty()) {  // else the segment asks nothing
       ++counts.edit_queries;
       crossing = edits.first_taken(states_, path.q, segment);
     }
@@ -220,7 +220,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   path.direction = sample->wi;
   path.excluded_group = -1;
   path.last = sample->event;
-  path.q = states_.next(path.q, scene_.edits().event_class(sample->event, scene_.entity(vertex.hit)));
+  if (effects_.words()) path.q = states_.next(path.q, scene_.edits().event_class(sample->event, scene_.entity(vertex.hit)));
   if (witness_) path.word = witness_->after(path.word, sample->event, scene_.entity(vertex.hit));
   ++path.depth;
   return true;

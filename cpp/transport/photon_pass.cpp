@@ -38,10 +38,11 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   if (cancel) return false;
   for (const Counts& t : chunk_counts_) counts += t;
 
-  number_states(photons, pool, cancel);
+  photons.states.clear();
+  if (context.effects.words()) number_states(photons, pool, cancel);
   const float shrink = radius_scale(context.pass);
   photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
-  photons.close.build(chunks_, context.effects.close_arrivals, 2 * context.guide.caustic_radius * shrink, pool, cancel);
+  photons.close.build(chunks_, context.effects.close_arrivals, 2 * context.settings.caustic_radius_range * context.guide.caustic_radius * shrink, pool, cancel);
   return !cancel;
 }
 
@@ -52,7 +53,6 @@ void PhotonPass::number_states(PhotonSet& photons, ThreadPool& pool, const std::
   for (std::size_t c = 0; c < chunks_.size() && !cancel; ++c)
     for (const Photon& photon : chunks_[c]) used[static_cast<std::size_t>(chunk_thread_[c])][photon.q()] = 1;
 
-  photons.states.clear();
   for (std::size_t t = 0; t < tracers_.size(); ++t)
     for (StateId q = 0; q < used[t].size(); ++q)
       if (used[t][q]) {

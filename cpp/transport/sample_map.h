@@ -11,7 +11,7 @@ namespace sluice {
 
 class SampleMap {
  public:
-  static constexpr int most = 8;  // samples of a pixel
+  static constexpr int most = 16;  // samples of a pixel
 
   SampleMap() = default;  // one sample everywhere
   // `side`: of a block, in pixels.

@@ -13,42 +13,69 @@ namespace {
 constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
 constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
 
-// What the pilot's pairs of samples in one block say.
+// What pairs of samples in one block say, summed up.
 struct Block {
   V3d mean{0}, variance{0};  // of one sample
-  void operator+=(const Block& o) { mean += o.mean, variance += o.variance; }
-  void operator/=(double n) { mean /= n, variance /= n; }
+  V3d emission{0}, emission2{0};  // that is seen, and its square
+  double pairs = 0;
+  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
+
+  // Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs between
+  // pixels counts too.
+  [[nodiscard]] double relative(double image_mean) const {
+    const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
+    return relative_variance(variance / pairs + edges, mean / pairs, image_mean);
+  }
 };
 
-// Two samples of a pixel in each quarter of the block: differences inside of a pixel are noise, those between pixels may be texture.
-Block look_at(ViewTracer& tracer, const PassContext& context, int x0, int y0, int side) {
-  const FrameDescription& frame = context.scene.frame();
-  Block block;
-  int pairs = 0;
-  for (int quarter = 0; quarter < 4; ++quarter) {
-    const std::uint64_t key = key_of(context.settings.seed, Purpose::Pilot, static_cast<std::uint64_t>(y0) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x0), static_cast<std::uint64_t>(quarter));
-    const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
-    const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
-    if (x >= frame.width || y >= frame.height) continue;
-    V3d value[2];
-    for (std::uint32_t i = 0; i < 2; ++i) value[i] = V3d(tracer.trace(x, y, Sampler(mix(key, 2 + i), 0), mix(key, 4 + i)).combined());
-    block += {(value[0] + value[1]) / 2, (value[0] - value[1]) * (value[0] - value[1]) / 2};
-    ++pairs;
-  }
-  if (pairs > 0) block /= pairs;
-  return block;
+// Two samples of a pixel in each quarter of a block: differences inside of a pixel are noise, those between pixels may be texture.
+// Blocks are looked at by fours, as a bundle is.
+constexpr std::size_t quarters = 4;
+static_assert(bundle_size == 4 * quarters);
+
+// Of the block at (x0, y0), one in each quarter; `which` of the two.
+ViewSample sample_of(const PassContext& context, int x0, int y0, int side, int quarter, std::uint32_t which) {
+  const auto width = static_cast<std::uint64_t>(context.scene.frame().width);
+  const std::uint64_t key = key_of(context.settings.seed, Purpose::Pilot, static_cast<std::uint64_t>(y0) * width + static_cast<std::uint64_t>(x0), static_cast<std::uint64_t>(quarter));
+  const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
+  const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
+  const Sampler sampler(mix(key, 2 + which), 0);
+  return {x, y, sampler, sampler, mix(key, 4 + which), 0, ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which};
 }
 
-// Eight differences are too few to trust: each block speaks for its neighbours too.
+// The blocks next to each other in a square of two by two, as far as they lie in the frame.
+void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column, std::size_t row, int side, std::size_t width, std::vector<Block>& blocks) {
+  const FrameDescription& frame = context.scene.frame();
+  std::array<ViewSample, bundle_size> bundle[2];
+  std::array<std::size_t, bundle_size> block_of;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < bundle_size; ++i) {
+    const std::size_t x = column + i / quarters % 2, y = row + i / quarters / 2;
+    for (std::uint32_t which = 0; which < 2; ++which)
+      bundle[which][count] = sample_of(context, static_cast<int>(x) * side, static_cast<int>(y) * side, side, static_cast<int>(i % quarters), which);
+    if (bundle[0][count].x >= frame.width || bundle[0][count].y >= frame.height) continue;
+    block_of[count++] = y * width + x;
+  }
+  std::array<PixelSample, bundle_size> value[2];
+  for (int which = 0; which < 2; ++which) {
+    tracer.trace(std::span(bundle[which]).first(count));
+    for (std::size_t i = 0; i < count; ++i) value[which][i] = tracer.sample(i);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const V3d a(value[0][i].combined()), b(value[1][i].combined());
+    const V3d lamp = V3d(value[0][i].parts[static_cast<std::size_t>(Part::Emission)] + value[1][i].parts[static_cast<std::size_t>(Part::Emission)]) / 2;
+    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, lamp, lamp * lamp, 1};
+  }
+}
+
+// Four differences are too few to trust: each block speaks for its neighbours too.
 std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width, std::size_t height) {
   std::vector<Block> out;
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       Block sum;
-      int count = 0;
       for (std::size_t v = y - (y > 0); v <= std::min(y + 1, height - 1); ++v)
-        for (std::size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u, ++count) sum += blocks[v * width + u];
-      sum /= count;
+        for (std::size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u) sum += blocks[v * width + u];
       out.push_back(sum);
     }
   return out;
@@ -58,7 +85,7 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
 
 SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::atomic<bool>& cancel) {
   TransportSettings settings = first.settings;
-  settings.seed = key_of(settings.seed, Purpose::Pilot, 3);  // none of these samples is in the picture
+  settings.seed = key_of(settings.seed, PilotPurpose::Samples);  // none of these samples is in the picture
   const PassContext context{first.scene, settings, first.effects, first.guide, 0};
   PhotonSet photons;
   Counts unused;
@@ -73,18 +100,19 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   tracers.reserve(static_cast<std::size_t>(pool.size()));
   for (int t = 0; t < pool.size(); ++t) tracers.emplace_back(context.scene, settings, context.effects, pool.size()).start_pass(context, photons);
   std::vector<Block> blocks(width * height);
-  pool.parallel_for(height, [&](std::size_t row, int thread) {
-    for (std::size_t x = 0; x < width && !cancel.load(std::memory_order_relaxed); ++x)
-      blocks[row * width + x] = look_at(tracers[static_cast<std::size_t>(thread)], context, static_cast<int>(x) * side, static_cast<int>(row) * side, side);
+  pool.parallel_for((height + 1) / 2, [&](std::size_t pair, int thread) {
+    for (std::size_t x = 0; x < width && !cancel.load(std::memory_order_relaxed); x += 2)
+      look_at(tracers[static_cast<std::size_t>(thread)], context, x, 2 * pair, side, width, blocks);
   });
   if (cancel) return {};
 
   // The picture's error is least for n in proportion to the relative standard deviation.
   double image_mean = 0;
-  for (const Block& b : blocks) image_mean += luminance(b.mean) / static_cast<double>(blocks.size());
+  for (const Block& b : blocks)
+    if (b.pairs > 0) image_mean += luminance(b.mean / b.pairs) / static_cast<double>(blocks.size());
   if (!(image_mean > 0) || !std::isfinite(image_mean)) return {};
   std::vector<double> deviation;
-  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(relative_variance(b.variance, b.mean, image_mean)));
+  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(b.relative(image_mean)));
   const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
   if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
   const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;

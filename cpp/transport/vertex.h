@@ -38,4 +38,10 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   return bsdf.ng;
 }
 
+template <class Do>
+void for_each_event(EventMask events, Do&& act) {
+  for (const Event e : {Event::D, Event::G, Event::S})
+    if (events & mask_of(e)) act(e);
+}
+
 }  // namespace sluice

@@ -12,24 +12,19 @@ namespace {
 // Balance heuristic between two ways to make one direction.
 float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other) : 0; }
 
-template <class Do>
-void for_each_event(EventMask events, Do&& act) {
-  for (const Event e : {Event::D, Event::G, Event::S})
-    if (events & mask_of(e)) act(e);
-}
-
 }  // namespace
 
 // Next-event estimation at v, or at the gather segment's end y, where it stands alone. The shadow segment runs straight through exits
-// and is blocked by every entry that takes q of L.
-void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part) {
+// and is blocked by every entry that takes q of L. `chance`: that v sends a gather segment, which may find the light too.
+void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
   const bool at_v = part == Part::Direct;
   const std::uint32_t first_pair = at_v ? 2 : 6;
+  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;
   const Bsdf& bsdf = vertex.bsdf;
   const V3f& wo = vertex.point.wo;
-  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), first(path, first_pair), at_v ? guide_->trust.at_v : guide_->trust.at_y);
+  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), numbers.first(pair_of(path, first_pair)), at_v ? guide_->trust.at_v : guide_->trust.at_y);
   if (!choice) return;
-  const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, pair(path, first_pair + 1));
+  const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, numbers.pair(pair_of(path, first_pair + 1)));
   if (!sample || !(sample->pdf > 0)) return;
   const float pdf_light = choice->pmf * sample->pdf;
   const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
@@ -46,37 +41,80 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   for_each_event(at_v ? bsdf.events() : static_cast<EventMask>(bsdf.events() & gathering), [&](Event e) {
     const Color f = eval(bsdf, wo, sample->wi, mask_of(e));
     if (is_black(f)) return;
-    const EventMask group = e == Event::S ? followed : gathering;
-    const float weight = has_rival ? mis(pdf_light, pdf(bsdf, wo, sample->wi, group)) : 1;
+    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, sample->wi, followed) : chance * pdf(bsdf, wo, sample->wi, gathering);
+    const float weight = mis(pdf_light, rival);
     arrived[static_cast<std::size_t>(count++)] = {e, f * sample->radiance * (weight / pdf_light)};
   });
   if (count == 0) return;
 
-  Color visible(1);
-  if (light.casts_shadow) {
-    ++counts.shadow_rays;
-    const auto left = scene_.transmittance(ray_from(vertex.hit, sample->wi, sample->distance));
-    if (!left) ++counts.alpha_capped;
-    if (!left || is_black(*left)) return;
-    visible = *left;
-  }
-  StateId q = StateTable::light_start;
-  if (asks_words()) {
-    q = light_state(choice->light);
-    if (q == StateTable::dead && effects_.light_edits) return void(++counts.states_capped);
-    if (!states_.taking(q).empty()) {
-      ++counts.edit_queries;
-      if (scene_.edits().any_taken(states_, q, {vertex.hit.position, V3d(sample->wi), 0, sample->reach, -1})) return;
-    }
-  }
+  if (at_v && effects_.view_edits && is_taken_from_view(path, vertex, *sample))
+    for (Arrived& at : std::span(arrived).first(static_cast<std::size_t>(count)))
+      if (at.event == Event::S) at.radiance = Color(0);
+  const auto way = unblocked(vertex, choice->light, *sample);
+  if (!way) return;
+  if (FarEnd* far = arms.begin()->far) note_state(way->q, vertex, *far);
   for (const Arm& arm : arms) {
     for (int i = 0; i < count; ++i) {
       const Arrived& at = arrived[static_cast<std::size_t>(i)];
-      Joined to = asks_state(arm.joins) ? join(q, event_at(arm.joins, vertex, at.event)) : Joined{picture};
+      Joined to = asks_state(arm.joins) ? join(way->q, event_at(arm.joins, vertex, at.event)) : Joined{picture};
       to.images &= arm.images;
-      if (to.images) add(part, path, at.radiance * visible * arm.weight, to);
+      if (to.images) deliver(part, path, at.radiance * way->left, arm, to);
     }
   }
+}
+
+// What is left of a light's on its way to the vertex, and its state; empty: surfaces or entries take it.
+std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex, int light, const DirectSample& sample) {
+  Unblocked way{Color(1), StateTable::light_start};
+  if (scene_.lights()[static_cast<std::size_t>(light)].casts_shadow) {
+    ++counts.shadow_rays;
+    const auto left = scene_.transmittance(ray_from(vertex.hit, sample.wi, sample.distance));
+    if (!left) ++counts.alpha_capped;
+    if (!left || is_black(*left)) return {};
+    way.left = *left;
+  }
+  if (!effects_.words()) return way;
+  way.q = light_state(light);
+  if (way.q == StateTable::dead && effects_.light_edits) {
+    ++counts.states_capped;
+    return {};
+  }
+  if (!states_.taking(way.q).empty()) {
+    ++counts.edit_queries;
+    if (scene_.edits().any_taken(states_, way.q, {vertex.hit.position, V3d(sample.wi), 0, sample.reach, -1})) return {};
+  }
+  return way;
+}
+
+// Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be seen there.
+bool ViewTracer::is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light) {
+  const StateId state = states_.next(path.state, scene_.edits().event_class(Event::S, scene_.entity(vertex.hit)));
+  if (states_.taking(state).empty()) return false;
+  ++counts.edit_queries;
+  return scene_.edits().any_taken(states_, state, {vertex.hit.position, V3d(light.wi), 0, light.reach, -1});
+}
+
+// Radiance that goes on to the eye by an arm; or, where the bundle shares it, that leaves y.
+void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) noexcept {
+  if (!arm.far) return add(part, path, radiance * arm.weight, to);
+  if (!is_finite(radiance)) return void(++counts.non_finite);
+  if (to.images & picture) {
+    arm.light().picture += radiance;
+    credit_arm(to.q, path, radiance, arm);
+  }
+  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) arm.light().layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+}
+
+void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm) {
+  if (!is_finite(radiance)) return;
+  if (!arm.far) return credit_radiance(q, radiance * arm.weight * path.weight);
+  credit(q, [&, &taken = arm.light().taken](std::uint32_t edit) {
+    const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);
+    if (at == taken.end())
+      taken.emplace_back(edit, radiance);
+    else
+      at->second += radiance;
+  });
 }
 
 ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
@@ -137,7 +175,7 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
       to.images &= asked;
       if (!to.images) return;
       ++counts.photons_gathered;
-      if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit(to.q, radiance * path.weight);
+      if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
       if (to.images) add(photon.arrival == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
     });
     if (!sums) return;
@@ -147,10 +185,10 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
 }
 
 // The ways light of the gather segment goes on at v: one, or one per kind of lobe where C or a layer could tell them apart.
-ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
+Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
   const EventMask kinds = v.bsdf.events() & gathering;
   Arms arms;
-  const auto joins_for = [&](Event e) { return asks_words() ? event_at(path.joins, v, e) : path.joins; };
+  const auto joins_for = [&](Event e) { return effects_.words() ? event_at(path.joins, v, e) : path.joins; };
   if (kinds != gathering) {
     arms.add({joins_for(sample.event), sample.weight / square(sample.eta), all_images});
     return arms;
@@ -162,22 +200,27 @@ ViewTracer::Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, cons
     if (is_all) return arms;
   }
   for (const Event e : {Event::D, Event::G})
-    arms.add({joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images});
+    arms.add({joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images, mask_of(e)});
   return arms;
 }
 
 // One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
-// light found by lobe sampling.
-void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
+// light found by lobe sampling. `seer`: v where the bundle shares its segments, and this sample may have no turn; else null.
+void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
   if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
-  const auto sample = sluice::sample(v.bsdf, v.point.wo, v.bsdf.count > 1 ? first(path, 4) : 0, pair(path, 5), gathering);
+  if (seer && !bundle_[at_].has_turn) return;
+  const float chance = seer ? turn_chance : 1;
+  const Sampler& numbers = seer ? bundle_[at_].turn : sampler_;
+  const auto sample = sluice::sample(v.bsdf, v.point.wo, v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0, numbers.pair(pair_of(path, 5)), gathering);
   if (!sample || !(sample->pdf > 0)) return;
   Arms arms = arms_of(path, v, *sample);
-  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf};
+  for (Arm& arm : arms) arm.weight /= chance;
+  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * chance};
   Ray ray = ray_from(v.hit, sample->wi);
   double length = 0;
   bool arrived = false;
-  for (int layer = 0; layer < max_alpha_layers && !arrived; ++layer) {
+  int layer = 0;
+  for (; layer < max_alpha_layers && !arrived; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
     if (!hit) {
@@ -187,17 +230,24 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v) {
     make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, far_);
     narrow(path, segment, length, length + hit->t, &far_, arms);
     length += hit->t;
-    const float chance = pass_chance(far_.bsdf);
-    arrived = chance < 1 && (chance == 0 || random() >= chance);
-    for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - chance)) : far_.bsdf.transparency / chance;
+    const float pass = pass_chance(far_.bsdf);
+    arrived = pass < 1 && (pass == 0 || random() >= pass);
+    for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : far_.bsdf.transparency / pass;
     ray = ray_from(*hit, sample->wi);
   }
   if (!arrived) return void(++counts.alpha_capped);
   surface_emission(path, segment, far_, arms);
   if (!effects_.indirect) return;
   if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += far_.bsdf.count > 0);
-  direct_light(path, far_, arms, Part::Indirect);
-  gather_at(path, far_, arms, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
+  const bool is_clear = layer == 1 && pass_chance(far_.bsdf) == 0;
+  if (seer) keep_far_end(seer->far, far_, arms, *sample, is_clear);
+  light_from(path, far_, seer ? seer->far.arms : arms, length, sample->pdf);
+}
+
+// What the gather segment's end y sends to v, by next-event estimation and photons.
+void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf) {
+  direct_light(path, y, arms, Part::Indirect);
+  gather_at(path, y, arms, length, gather_radius(*guide_, length, pdf) * radius_scale_);
 }
 
 // Light edits that could take what a piece of the gather segment carries: by the last event there, at its far end (null: nothing met)
@@ -253,7 +303,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int room = settings_.max_depth - path.depth - 2;
   for (const Arm& arm : arms) {
-    if (is_black(arm.weight)) continue;
+    if (!arm.far && is_black(arm.weight)) continue;
     for_each_lobe(arm.joins, y, arm.images, [&](EventMask mask, int joins, ImageSet asked) {
       ++counts.gathers;
       const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);
@@ -261,13 +311,14 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
       estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return void(++counts.depth_capped);
         Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
+        if (asks && arm.far) note_state(state_of_[photon.q()], y, *arm.far);
         to.images &= asked;
         if (!to.images) return;
         ++counts.photons_gathered;
-        if (sums) sum += radiance, to.images &= ~picture, credit(to.q, radiance * arm.weight * path.weight);
-        if (to.images) add(Part::Indirect, path, radiance * arm.weight, to);
+        if (sums) sum += radiance, to.images &= ~picture, credit_arm(to.q, path, radiance, arm);
+        if (to.images) deliver(Part::Indirect, path, radiance, arm, to);
       });
-      if (sums) add(Part::Indirect, path, sum * arm.weight, {picture});
+      if (sums) deliver(Part::Indirect, path, sum, arm, {picture});
     });
   }
 }

@@ -4,30 +4,85 @@
 namespace sluice {
 namespace {
 
-// The mean of a pass's samples of pixel (x, y); that of the layers is added to `layers`.
-PixelSample sample_pixel(const PassContext& context, ViewTracer& tracer, int x, int y, std::vector<Color>& layers) {
-  const FrameDescription& frame = context.scene.frame();
-  const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(frame.width) + static_cast<std::uint64_t>(x);
-  const std::uint64_t key = key_of(context.settings.seed, Purpose::View, pixel);
-  const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, pixel, static_cast<std::uint64_t>(context.pass));
-  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
-  const std::uint32_t count = context.guide.samples.at(x, y);
-  const std::size_t layers_at = layers.size();
-  const float share = 1 / static_cast<float>(count);
-  PixelSample mean;
-  if (context.effects.layers) layers.resize(layers_at + tracer.layers().size(), Color(0));
-  for (std::uint32_t i = 0; i < count; ++i) {
-    PixelSample sample = tracer.trace(x, y, Sampler(key, index * count + i, stream), i == 0 ? choices : mix(choices, i));
-    mean += sample *= share;
-    for (std::size_t l = layers_at; l < layers.size(); ++l) layers[l] += tracer.layers()[l - layers_at] * share;
+// A bundle is every second pixel, both ways, of a square of the full frame: near each other, while neighbours in the picture belong to
+// other bundles and do not share their errors.
+constexpr int cell_side = 8, pixels_apart = 2;
+static_assert((cell_side / pixels_apart) * (cell_side / pixels_apart) == bundle_size && Film::tile % cell_side == 0);
+
+struct Pixel {
+  int x, y;
+  bool is_inside;  // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
+  bool has_turn;
+  std::uint32_t place;    // among those that have their turn together
+  std::uint32_t samples;  // in a pass
+};
+
+class PixelGroup {
+ public:
+  PixelGroup(const PassContext& context, int x0, int y0, const Film::Box& box)
+      : key_(key_of(context.settings.seed, Purpose::Turns, static_cast<std::uint64_t>(y0), static_cast<std::uint64_t>(x0))) {
+    const FrameDescription& frame = context.scene.frame();
+    // Turns go like the fields of a chessboard, in each stream the other way round from pass to pass; who begins is a matter of chance.
+    const int turn = context.pass % stream_count + context.pass / stream_count + static_cast<int>(key_ & 1);
+    for (int place = 0; place < static_cast<int>(bundle_size); ++place) {
+      const int i = place % in_row, j = place / in_row, x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
+      if (x >= frame.width || y >= frame.height) continue;
+      const bool inside = x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1;
+      pixels_[count_++] = {x, y, inside, (i + j + turn) % 2 == 0, static_cast<std::uint32_t>(place / 2), context.guide.samples.at(x, y)};
+      is_inside_ = is_inside_ || inside;
+    }
   }
-  return mean;
+  [[nodiscard]] bool is_inside() const noexcept { return is_inside_; }  // some pixel
+  [[nodiscard]] std::span<const Pixel> pixels() const noexcept { return {pixels_.data(), count_}; }
+  [[nodiscard]] std::uint64_t key() const noexcept { return key_; }
+
+ private:
+  static constexpr int in_row = cell_side / pixels_apart;
+  std::array<Pixel, bundle_size> pixels_;
+  std::size_t count_ = 0;
+  std::uint64_t key_;
+  bool is_inside_ = false;
+};
+
+// Sample `round` of a pixel in this pass.
+ViewSample sample_of(const PassContext& context, const PixelGroup& group, const Pixel& pixel, std::uint32_t round) {
+  const auto number = static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) + static_cast<std::uint64_t>(pixel.x);
+  const std::uint64_t key = key_of(context.settings.seed, Purpose::View, number);
+  const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
+  return {pixel.x, pixel.y, Sampler(key, index * pixel.samples + round, stream), Sampler(mix(group.key(), round), index * turn_size + place, stream),
+          round == 0 ? choices : mix(choices, round), pixel.is_inside ? 1 / static_cast<float>(pixel.samples) : 0, pixel.has_turn};
+}
+
+// In rounds: a bundle takes at most one sample of a pixel.
+void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box, ViewTracer& tracer, TileSamples& tile) {
+  std::array<ViewSample, bundle_size> bundle;
+  std::array<std::size_t, bundle_size> at;  // in the tile
+  constexpr std::size_t outside = ~std::size_t{0};
+  for (std::uint32_t round = 0;; ++round) {
+    std::size_t count = 0;
+    for (const Pixel& p : group.pixels())
+      if (p.samples > round) {
+        bundle[count] = sample_of(context, group, p, round);
+        at[count++] = p.is_inside ? static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0) : outside;
+      }
+    if (count == 0) return;
+    tracer.trace(std::span(bundle).first(count));
+    for (std::size_t i = 0; i < count; ++i)
+      if (at[i] != outside) tile.add(at[i], tracer.sample(i), tracer.layers(i), bundle[i].share);
+  }
 }
 
 }  // namespace
 
+void TileSamples::add(std::size_t pixel, PixelSample sample, std::span<const Color> of_layers, float share) {
+  samples[pixel] += sample *= share;
+  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l] * share;
+}
+
 ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-    : samples_(static_cast<std::size_t>(threads)), layers_(samples_.size()) {
+    : tiles_(static_cast<std::size_t>(threads)) {
   tracers_.reserve(static_cast<std::size_t>(threads));
   for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects, threads);
 }
@@ -36,27 +91,35 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
                    std::mutex& film_lock, Counts& counts) {
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
   tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
-  const FrameDescription& frame = context.scene.frame();
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
-    if (cancel.load(std::memory_order_relaxed)) return;
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
-    std::vector<PixelSample>& samples = samples_[static_cast<std::size_t>(thread)];
-    std::vector<Color>& layers = layers_[static_cast<std::size_t>(thread)];
-    samples.clear(), layers.clear();
+    TileSamples& tile = tiles_[static_cast<std::size_t>(thread)];
     tracer.counts = {};
     tracer.counts.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
-    const Film::Box box = film.box(static_cast<int>(t));
-    for (int y = box.y0 + frame.y0; y < box.y1 + frame.y0; ++y)
-      for (int x = box.x0 + frame.x0; x < box.x1 + frame.x0; ++x) {
-        if (cancel.load(std::memory_order_relaxed)) return;
-        samples.push_back(sample_pixel(context, tracer, x, y, layers));
-      }
+    if (!sample_tile(context, film.box(static_cast<int>(t)), tracer, tile, cancel)) return;
     tile_counts_[t] = std::move(tracer.counts);
     const std::lock_guard lock(film_lock);
-    film.add_tile(static_cast<int>(t), context.pass, samples, layers);
+    film.add_tile(static_cast<int>(t), context.pass, tile.samples, tile.layers);
   });
   for (const Counts& t : tile_counts_) counts += t;
   return !cancel;
+}
+
+// The means of a pass's samples, pixel by pixel of the tile. False: cancelled.
+bool ViewPass::sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile, const std::atomic<bool>& cancel) {
+  const FrameDescription& frame = context.scene.frame();
+  box = {box.x0 + frame.x0, box.y0 + frame.y0, box.x1 + frame.x0, box.y1 + frame.y0};
+  const std::size_t pixels = static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0), layers = context.scene.edits().layers().size();
+  tile.samples.assign(pixels, {}), tile.layers.assign(pixels * layers, Color(0));
+  const auto down = [](int x) { return x / cell_side * cell_side; };
+  for (int y = down(box.y0); y < box.y1; y += cell_side)
+    for (int x = down(box.x0); x < box.x1; x += cell_side)
+      for (int part = 0; part < square(pixels_apart); ++part) {
+        if (cancel.load(std::memory_order_relaxed)) return false;
+        const PixelGroup group(context, x + part % pixels_apart, y + part / pixels_apart, box);
+        if (group.is_inside()) sample_pixels(context, group, box, tracer, tile);
+      }
+  return true;
 }
 
 }  // namespace sluice

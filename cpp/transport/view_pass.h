@@ -3,11 +3,20 @@
 #pragma once
 #include <atomic>
 #include <mutex>
+#include <span>
+#include <vector>
 
 #include "base/threads.h"
 #include "transport/view_path.h"
 
 namespace sluice {
+
+// The means of a pass's samples of a tile's pixels, row by row.
+struct TileSamples {
+  std::vector<PixelSample> samples;
+  std::vector<Color> layers;  // one after the other for each pixel
+  void add(std::size_t pixel, PixelSample sample, std::span<const Color> of_layers, float share);
+};
 
 class ViewPass {
  public:
@@ -18,9 +27,10 @@ class ViewPass {
                          std::mutex& film_lock, Counts& counts);
 
  private:
+  [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile, const std::atomic<bool>& cancel);
+
   std::vector<ViewTracer> tracers_;  // per thread
-  std::vector<std::vector<PixelSample>> samples_;
-  std::vector<std::vector<Color>> layers_;
+  std::vector<TileSamples> tiles_;
   std::vector<Counts> tile_counts_;
 };
 

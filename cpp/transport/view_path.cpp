@@ -26,14 +26,23 @@ void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons
   memo_now_ = 0, memo_joins_ = Joins::none;
 }
 
-PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_t key) {
-  sampler_ = sampler, key_ = key, draws_ = 0;
-  sample_ = {}, recorded_ = false;
-  std::ranges::fill(layers_, Color(0));
-  joins_.clear(), hues_.clear();
-  memo_joins_ = Joins::none;  // the numbers of C begin anew: what is remembered belongs to another path
-  const V2f offset = scene_.pixel_filter().sample_filter(sampler.pair(0));
-  const CameraRay camera = scene_.camera().generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, sampler.pair(1));
+void ViewTracer::trace(std::span<const ViewSample> bundle) {
+  bundle_ = bundle, seer_count_ = 0;
+  joins_.clear();
+  memo_joins_ = Joins::none;  // lists of C begin anew: what is remembered belongs to another bundle's
+  for (at_ = 0; at_ < bundle.size(); ++at_) trace_sample();
+  share_gathers();
+}
+
+void ViewTracer::trace_sample() {
+  const ViewSample& asked = bundle_[at_];
+  sampler_ = asked.sampler, key_ = asked.key, draws_ = 0;
+  BundleMember& member = self();
+  member.sample = {}, recorded_ = false;
+  member.layers.assign(scene_.edits().layers().size(), Color(0));
+  hues_.clear();
+  const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
+  const CameraRay camera = scene_.camera().generate(static_cast<float>(asked.x) + 0.5f + offset.x, static_cast<float>(asked.y) + 0.5f + offset.y, sampler_.pair(1));
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
   path.width = camera.width, path.spread = camera.spread;
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
@@ -45,7 +54,7 @@ PixelSample ViewTracer::trace(int x, int y, const Sampler& sampler, std::uint64_
     const BranchClock clock(counts, branch.last_edit);
     follow(branch);
   }
-  return sample_;
+  if (!recorded_) member.sample.alpha = 1, member.sample.depth = far_away;  // an edit took the path: black, but no hole in the film
 }
 
 // Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
@@ -59,21 +68,23 @@ void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to)
     return;
   }
   if (to.images & picture) {
-    sample_.parts[static_cast<std::size_t>(part)] += radiance;
-    credit(to.q, radiance);
+    self().sample.parts[static_cast<std::size_t>(part)] += radiance;
+    credit_radiance(to.q, radiance);
   }
-  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) layers_[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) self().layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
 }
 
 void ViewTracer::follow(ViewPath& path) {
-  while (next_vertex(path, vertex_)) {
-    const Vertex& v = vertex_;
+  for (;;) {
+    const Vertex& v = seers_[seer_count_].v;
+    if (!next_vertex(path, seers_[seer_count_].v)) return;
     record_first(&v);
     surface_emission(path, segment_of(path), v, arm_of(path));
     if (path.depth + 1 > settings_.max_depth) return void(counts.depth_capped += v.bsdf.count > 0);
-    if (effects_.direct) direct_light(path, v, arm_of(path), Part::Direct);
+    Seer* const seer = join_bundle(path);
+    if (effects_.direct) direct_light(path, v, arm_of(path), Part::Direct, seer ? turn_chance : 1);
     close_density(path, v);
-    gather(path, v);
+    gather(path, v, seer);
     if (!extend(path, v)) return;
   }
 }
@@ -82,11 +93,12 @@ void ViewTracer::follow(ViewPath& path) {
 void ViewTracer::record_first(const Vertex* vertex) noexcept {
   if (recorded_) return;
   recorded_ = true;
-  sample_.alpha = vertex || !settings_.transparent_film ? 1 : 0;
-  sample_.depth = vertex ? static_cast<float>(scene_.camera().depth(vertex->hit.position)) : far_away;
+  PixelSample& sample = self().sample;
+  sample.alpha = vertex || !settings_.transparent_film ? 1 : 0;
+  sample.depth = vertex ? static_cast<float>(scene_.camera().depth(vertex->hit.position)) : far_away;
   if (!vertex) return;
-  sample_.normal = vertex->point.ns;
-  sample_.albedo = albedo(vertex->bsdf, vertex->point.wo, any_lobe);
+  sample.normal = vertex->point.ns;
+  sample.albedo = albedo(vertex->bsdf, vertex->point.wo, any_lobe);
 }
 
 // On to the next surface, collecting emission on the way. False: the path is over, or goes on in branches_.
@@ -177,8 +189,9 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   path.excluded_group = -1;
   path.is_camera = false;
   const EventClass event = scene_.edits().event_class(Event::S, scene_.entity(vertex.hit));
-  if (asks_words()) path.joins = joins_.event(path.joins, event);
+  if (effects_.words()) path.joins = joins_.event(path.joins, event);
   if (effects_.view_edits) path.state = states_.next(path.state, event);
+  path.word = mix(path.word, static_cast<std::uint64_t>(scene_.entity(vertex.hit)) + 1);
   ++path.depth;
 }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // View paths, backward from the eye: what one pixel sample sees, by the four estimators of design §5. Edits hold on every segment:
 // shadow and gather segments ask the light edits by the C rule (join.h), view segments take both continuations at an exit (straight on,
-// and backward through it to its entry), view edits capture the view path itself. The light side of the same rules is light_path.h.
+// and backward through it to its entry), view edits capture the view path itself. Gather segments are shared by near pixels (bundle.h).
+// The light side of the same rules is light_path.h.
 #pragma once
 #include <array>
 #include <vector>
 
+#include "transport/bundle.h"
 #include "transport/density.h"
 #include "transport/film.h"
 #include "transport/join.h"
@@ -36,18 +38,20 @@ struct ViewPath {
   V3d lobe_origin{0};             // where that was
   V3f lobe_normal{0};             // what choose_light was asked with there
   bool is_camera = true;          // no event yet: sees what the camera sees
+  std::uint64_t word = 0;         // of its events, hashed
 };
 
 // What traces view samples on one of `threads` threads.
 class ViewTracer {
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), layers_(scene.edits().layers().size()), lamps_(most_lamp_hits(scene)) {}
+      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
-  // One sample of pixel (x, y) of the full frame: a point of the sequence `sampler`, `key` for choices outside of its dimensions.
-  [[nodiscard]] PixelSample trace(int x, int y, const Sampler& sampler, std::uint64_t key);
-  [[nodiscard]] std::span<const Color> layers() const noexcept { return layers_; }  // of the last sample
+  // At most bundle_size samples of pixels near each other.
+  void trace(std::span<const ViewSample> bundle);
+  [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return members_[index].sample; }  // of the last bundle
+  [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept { return members_[index].layers; }
   [[nodiscard]] const StateTable& states() const noexcept { return states_; }
   Counts counts;
 
@@ -70,36 +74,24 @@ class ViewTracer {
     StateId q = StateTable::dead;   // which edits it met, if it met any
     Joins::Fate fate = Joins::Fate::Arrives;
   };
-  struct Arm {  // one kind of lobe of v through which gathered light reaches the eye
-    int joins;
-    Color weight;
-    ImageSet images;  // that it is for
-  };
-  class Arms {
-   public:
-    void add(const Arm& arm) noexcept { arms_[count_++] = arm; }
-    [[nodiscard]] Arm* begin() noexcept { return arms_.data(); }
-    [[nodiscard]] Arm* end() noexcept { return arms_.data() + count_; }
-    [[nodiscard]] const Arm* begin() const noexcept { return arms_.data(); }
-    [[nodiscard]] const Arm* end() const noexcept { return arms_.data() + count_; }
-
-   private:
-    std::array<Arm, 3> arms_;
-    std::size_t count_ = 0;
-  };
-
   // the path (view_path.cpp)
+  void trace_sample();
   void follow(ViewPath& path);
   [[nodiscard]] bool next_vertex(ViewPath& path, Vertex& vertex);
   void record_first(const Vertex* vertex) noexcept;
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
   void add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept;
-  // Light that edits took on its way is in their statistics.
-  void credit(StateId q, const Color& radiance) noexcept {
-    if (q == StateTable::dead || states_.gates(q) == 0 || !is_finite(radiance)) return;
-    for (const std::uint32_t edit : states_.used(q)) counts.edits[edit].shown += luminance(radiance);
+  // Light that edits took on its way is in their statistics: calls book(edit) for each of them.
+  template <class Book>
+  void credit(StateId q, Book&& book) const {
+    if (q == StateTable::dead || states_.gates(q) == 0) return;
+    for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
+  void credit_radiance(StateId q, const Color& radiance) noexcept {
+    credit(q, [&](std::uint32_t edit) { counts.edits[edit].shown += luminance(radiance) * bundle_[at_].share; });
+  }
+  void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
   // gates on view segments (view_gates.cpp)
   [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps);
@@ -112,9 +104,17 @@ class ViewTracer {
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
 
   // estimators at v (view_light.cpp)
-  void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part);
+  void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance = 1);
+  struct Unblocked {
+    Color left;
+    StateId q;
+  };
+  [[nodiscard]] std::optional<Unblocked> unblocked(const Vertex& vertex, int light, const DirectSample& sample);
+  [[nodiscard]] bool is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light);
   void close_density(const ViewPath& path, const Vertex& v);
-  void gather(const ViewPath& path, const Vertex& v);
+  void gather(const ViewPath& path, const Vertex& v, Seer* seer);
+  void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
+  void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) noexcept;
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] EditSet takers_from(const Vertex* far, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
@@ -122,6 +122,26 @@ class ViewTracer {
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
   void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
   void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
+
+  // gather segments of a bundle (view_bundle.cpp)
+  struct Connection {  // a way from some v to y
+    Seer* to;
+    V3f wi{0};
+    double distance = 0;
+    float geometry = 0;  // cos at y / distance²
+  };
+  [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
+  void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool is_clear);
+  void note_state(StateId q, const Vertex& y, FarEnd& far);
+  void find_takers(FarEnd& far) const;
+  void share_gathers();
+  void share(Seer& finder);
+  [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
+  [[nodiscard]] bool is_clear(const Connection& way, const FarEnd& far) noexcept;
+  [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
+  [[nodiscard]] bool is_cone_narrow(const Seer& finder) const noexcept;
+  void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
+
   [[nodiscard]] static LightSegment segment_of(const ViewPath& path) noexcept { return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, path.is_camera}; }
   [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept {
     Arms arms;
@@ -136,7 +156,6 @@ class ViewTracer {
   [[nodiscard]] Joined counted(const Joined& joined) noexcept;
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
-  [[nodiscard]] bool asks_words() const noexcept { return effects_.light_edits || effects_.layers; }  // else events need not be listed
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
   [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
   [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.edits().event_class(e, scene_.entity(vertex.hit))); }
@@ -148,11 +167,11 @@ class ViewTracer {
   template <class Estimate>
   void for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate);
   [[nodiscard]] float close_radius(const ViewPath& path, const V3d& v) const noexcept;
+  [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
   [[nodiscard]] static std::uint32_t pair_of(const ViewPath& path, std::uint32_t which) noexcept { return 2 + 8 * static_cast<std::uint32_t>(path.depth) + which; }
   [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(pair_of(path, which)); }
-  [[nodiscard]] float first(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.first(pair_of(path, which)); }
 
   const Scene& scene_;
   const TransportSettings& settings_;
@@ -168,10 +187,13 @@ class ViewTracer {
   std::uint32_t memo_now_ = 0;
   int memo_joins_ = Joins::none;
 
+  std::span<const ViewSample> bundle_;
+  std::array<BundleMember, bundle_size> members_;
+  std::size_t at_ = 0;  // the member being traced
+  std::array<Seer, most_seers + 1> seers_;  // the last is never shared: room for a vertex when all others are taken
+  std::size_t seer_count_ = 0;
   Sampler sampler_;
   std::uint64_t key_ = 0, draws_ = 0;
-  PixelSample sample_;
-  std::vector<Color> layers_;
   bool recorded_ = false;
   Joins joins_;
   std::vector<HueStep> hues_;
@@ -181,7 +203,7 @@ class ViewTracer {
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;
   SplitBudget budget_;
-  Vertex vertex_, far_;  // scratch: too large to copy about
+  Vertex far_;  // scratch: too large to copy about
 };
 
 }  // namespace sluice

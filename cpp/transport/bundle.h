@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// View samples of near pixels are traced together, as a bundle: what one finds at the far end of its gather segment lights the others too,
+// as far as they see it (Bekaert, Sbert, Halton 2002, "Accelerating path tracing by re-using paths"). So only every second sample sends a
+// segment, and each gets the light of several. What is shared, and with which weight: view_bundle.cpp.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "base/random.h"
+#include "edit/path_state.h"
+#include "transport/film.h"
+#include "transport/vertex.h"
+
+namespace sluice {
+
+inline constexpr std::size_t bundle_size = 16;
+inline constexpr std::size_t turn_size = 8;  // of them send a gather segment in one pass, the others in the next
+inline constexpr float turn_chance = static_cast<float>(turn_size) / bundle_size;
+
+// What to trace: one sample of pixel (x, y) of the full frame.
+struct ViewSample {
+  int x, y;
+  Sampler sampler;
+  Sampler turn;         // of a segment that is shared: the bundle's are points of one sequence
+  std::uint64_t key;    // of choices outside of the samplers' dimensions
+  float share;          // in its pixel's mean; 0: traced for the others alone
+  bool has_turn;        // if the bundle shares its segments: with turn_chance
+};
+
+// One kind of lobe of v through which gathered light reaches the eye.
+struct Arm {
+  int joins;
+  Color weight;  // of light that comes by the segment: f / density, cosine included
+  ImageSet images;        // that it is for
+  EventMask lobes = gathering;
+  struct FarEnd* far = nullptr;  // where light is kept for the bundle; null: it goes on to the eye at once
+  std::size_t index = 0;         // among the arms there
+
+  [[nodiscard]] struct Outgoing& light() const noexcept;
+};
+class Arms {
+ public:
+  static constexpr std::size_t most = 3;
+  void add(const Arm& arm) noexcept { arms_[count_++] = arm; }
+  [[nodiscard]] Arm* begin() noexcept { return arms_.data(); }
+  [[nodiscard]] Arm* end() noexcept { return arms_.data() + count_; }
+  [[nodiscard]] const Arm* begin() const noexcept { return arms_.data(); }
+  [[nodiscard]] const Arm* end() const noexcept { return arms_.data() + count_; }
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+
+ private:
+  std::array<Arm, most> arms_;
+  std::size_t count_ = 0;
+};
+
+// Radiance that leaves y towards the bundle.
+struct Outgoing {
+  Color picture{0};
+  std::vector<Color> layers;
+  std::vector<std::pair<std::uint32_t, Color>> taken;  // the picture's, by edits that took it on its way: for their statistics
+};
+
+// The far end of a sample's gather segment.
+struct FarEnd {
+  bool found = false;   // it was sent, and met a surface
+  bool is_own = false;  // others could not have found the same there: they do not share it
+  Hit hit;              // y; ng on the side of v
+  V3f ns;
+  float pdf;            // with which v made the direction (1/sr)
+  float cone;           // least cosine between two directions from y that see the same light; -1: all do
+  Arms arms;            // of v
+  std::array<Outgoing, Arms::most> light;  // by arm
+  std::vector<StateId> states;             // of that light behind y, where edits ask
+  std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v
+};
+
+inline Outgoing& Arm::light() const noexcept { return far->light[index]; }
+
+// Where a sample gathers: v. It has several if materials mirror and scatter, or glass shows it two ways.
+struct Seer {
+  std::size_t sample;   // of the bundle
+  Vertex v;
+  std::uint64_t word;   // of the events between the eye and v: what is like is equal
+  int joins;            // C at v
+  Color weight;         // of the path from the eye
+  FarEnd far;
+};
+inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a vertex gathers for itself
+
+// What becomes of a sample.
+struct BundleMember {
+  PixelSample sample;
+  std::vector<Color> layers;
+};
+
+}  // namespace sluice

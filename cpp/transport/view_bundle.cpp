@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Gather segments of a bundle. A point y that one sample found is light for every sample of the same surface that sees it: each way from
+// a v to y is weighted by the density with which all of them together would have found that y (balance heuristic), so nothing is counted
+// twice and each sample alone would still find everything. A way counts if nothing lies on it, no entry from y to the eye would take any
+// of the light, and y looks the same from all of them. Where one of these fails y stays the finder's own.
+#include <algorithm>
+
+#include "transport/view_path.h"
+
+namespace sluice {
+namespace {
+
+constexpr float least_cosine_at_y = 0.02f;     // at y: closer to grazing its shading normal depends on who looks (surface.cpp)
+constexpr float cone_of_lobe = 0.1f;      // of a lobe's width (rad): directions so close see the same, up to a bias that shrinks with the radii
+
+// A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same.
+float least_width(const Vertex& y) noexcept {
+  float least = infinity;
+  for (int i = 0; i < y.bsdf.count; ++i) {
+    const Lobe& lobe = y.bsdf.lobes[static_cast<std::size_t>(i)];
+    if (!(mask_of(lobe.event) & gathering)) continue;
+    if (const auto* reflection = std::get_if<Reflection>(&lobe.shape))
+      least = std::min({least, reflection->alpha.x, reflection->alpha.y});
+    else if (const auto* refraction = std::get_if<Refraction>(&lobe.shape))
+      least = std::min(least, refraction->alpha);
+    else if (const bool even = std::holds_alternative<Lambert>(lobe.shape) || std::holds_alternative<Translucent>(lobe.shape); !even || lobe.under || lobe.n != y.point.ns)
+      least = std::min(least, 1.0f);
+  }
+  return least;
+}
+
+EventMask kinds_of(const Vertex& v) noexcept { return v.bsdf.events() & gathering; }
+
+}  // namespace
+
+// The way from v to y, if it comes by a side and angle from which y is the same as for its finder.
+bool ViewTracer::connect(Seer& to, const FarEnd& far, Connection& way) noexcept {
+  const V3d towards = far.hit.position - to.v.hit.position;
+  const double distance2 = towards.length2();
+  way.to = &to, way.distance = std::sqrt(distance2);
+  if (!(way.distance > 0)) return false;
+  way.wi = V3f(towards / way.distance);
+  const float cosine = -way.wi.dot(far.hit.ng);
+  way.geometry = static_cast<float>(cosine / distance2);
+  return cosine >= least_cosine_at_y && -way.wi.dot(far.ns) >= least_cosine_at_y;
+}
+
+// The path's vertex, if its light may come from gather segments of the whole bundle: then it sends one itself by turns.
+Seer* ViewTracer::join_bundle(const ViewPath& path) noexcept {
+  Seer& seer = seers_[seer_count_];
+  if (bundle_.size() == 1 || path.gates > 0 || !effects_.indirect || !kinds_of(seer.v) || seer_count_ == most_seers) return nullptr;
+  ++seer_count_;
+  seer.sample = at_, seer.weight = path.weight, seer.joins = path.joins;
+  seer.word = mix(path.word, (static_cast<std::uint64_t>(scene_.entity(seer.v.hit)) + 1) << 8 | kinds_of(seer.v));
+  seer.far.found = false;
+  return &seer;
+}
+
+// From here on, light that leaves y is kept apart.
+void ViewTracer::keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool is_clear) {
+  far.found = true, far.is_own = !is_clear;
+  far.hit = y.hit, far.hit.ng = y.point.ng, far.ns = y.point.ns;
+  far.pdf = sample.pdf;
+  const float angle = cone_of_lobe * least_width(y) * radius_scale_;
+  far.cone = angle < 1 ? std::cos(angle) : -1;
+  far.arms = arms;
+  for (std::size_t i = 0; Arm& arm : far.arms) {
+    far.light[i].picture = Color(0);
+    far.light[i].layers.assign(scene_.edits().layers().size(), Color(0));
+    far.light[i].taken.clear();
+    arm.far = &far, arm.index = i++;
+  }
+  far.states.clear();
+}
+
+// Light in state q arrives at y, and leaves it by any of its lobes.
+void ViewTracer::note_state(StateId q, const Vertex& y, FarEnd& far) {
+  if (!effects_.light_edits) return;
+  for_each_event(kinds_of(y), [&](Event e) {
+    const StateId behind = states_.next(q, scene_.edits().event_class(e, scene_.entity(y.hit)));
+    if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
+  });
+}
+
+void ViewTracer::find_takers(FarEnd& far) const {
+  far.takers.assign(far.states.empty() ? 0 : scene_.edits().takers(Side::Light).size(), 0);
+  for (const StateId state : far.states) {
+    const EditSet taking = states_.taking_list(state).members;
+    for (std::size_t i = 0; i < std::min(taking.size(), far.takers.size()); ++i) far.takers[i] |= taking[i];
+  }
+}
+
+void ViewTracer::share_gathers() {
+  for (Seer& seer : std::span(seers_).first(seer_count_))
+    if (seer.far.found) share(seer);
+}
+
+// The light of the y that `finder` found, to all that see it.
+void ViewTracer::share(Seer& finder) {
+  find_takers(finder.far);
+  const FarEnd& far = finder.far;
+  std::array<Connection, most_seers> ways;
+  std::size_t count = 0;
+  Connection& own = ways[count++];
+  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !is_cone_narrow(finder)) {
+    for (const Arm& arm : far.arms) receive(finder, arm.light(), arm.weight);
+    return;
+  }
+  float density = turn_chance * far.pdf * own.geometry;
+  for (Seer& other : std::span(seers_).first(seer_count_)) {
+    if (other.word != finder.word || &other == &finder) continue;
+    Connection& way = ways[count];
+    if (!connect(other, far, way)) continue;
+    const float pdf_other = pdf(other.v.bsdf, other.v.point.wo, way.wi, gathering);
+    if (!(pdf_other > 0) || !is_clear(way, far) || is_taken(way, far)) continue;
+    density += turn_chance * pdf_other * way.geometry;
+    ++count;
+  }
+  for (const Connection& way : std::span(ways).first(count))
+    for (const Arm& arm : far.arms) receive(*way.to, arm.light(), eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
+}
+
+bool ViewTracer::is_clear(const Connection& way, const FarEnd& far) noexcept {
+  ++counts.shadow_rays;
+  return scene_.is_clear(ray_from(way.to->v.hit, way.wi, short_of(way.distance, far.hit.clearance.length(), -way.wi.dot(far.hit.ng))));
+}
+
+// Would an entry take some of the light, between y and v or between v and the eye?
+bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
+  const Seer& seer = *way.to;
+  if (joins_.is_constrained(seer.joins)) {
+    bool arrives = true;
+    for_each_event(kinds_of(seer.v), [&](Event e) {
+      const int joins = event_at(seer.joins, seer.v, e);
+      for (const StateId state : far.states) arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
+    });
+    if (!arrives) return true;
+  }
+  if (is_empty(far.takers)) return false;
+  ++counts.edit_queries;
+  return scene_.edits().any_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
+}
+
+// Seen from y, do all that could share it lie within the cone? Asked of all, lit or not, so that it does not matter who found y.
+bool ViewTracer::is_cone_narrow(const Seer& finder) const noexcept {
+  if (finder.far.cone < 0) return true;
+  std::optional<V3f> axis;
+  return std::ranges::all_of(std::span(seers_).first(seer_count_), [&](const Seer& other) {
+    if (other.word != finder.word) return true;
+    const V3f direction = V3f(finder.far.hit.position - other.v.hit.position).normalized();
+    if (!axis) axis = direction;
+    return axis->dot(direction) >= finder.far.cone;
+  });
+}
+
+void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept {
+  const Color whole = factor * seer.weight, radiance = light.picture * whole;
+  if (!is_finite(radiance)) return void(++counts.non_finite);
+  BundleMember& member = members_[seer.sample];
+  member.sample.parts[static_cast<std::size_t>(Part::Indirect)] += radiance;
+  for (std::size_t l = 0; l < member.layers.size(); ++l) member.layers[l] += light.layers[l] * whole;
+  for (const auto& [edit, part] : light.taken) counts.edits[edit].shown += luminance(part * whole) * bundle_[seer.sample].share;
+}
+
+}  // namespace sluice
