@@ -154,7 +154,8 @@ def _settings_of_level(settings, pixel):
 
 def _refresh(engine, view, scene):
     """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
-    if view.session is None or view.stale and (view.level > 0 or view.shown_pass > 0):
+    begun = view.session
+    if begun is None or view.stale and (view.level > 0 or view.shown_pass > 0):
         _start(engine, view, scene, 0)
     finished = _take_image(view)
     if finished and view.stale:
@@ -165,7 +166,7 @@ def _refresh(engine, view, scene):
         statistics.remember(view.session)
         statistics.redraw()
         view.told = True
-    if finished and view.level + 1 < len(_LEVELS):
+    if finished and view.session is begun and view.level + 1 < len(_LEVELS):
         _start(engine, view, scene, view.level + 1)
 
 

@@ -55,30 +55,41 @@ ViewSample sample_of(const PassContext& context, const PixelGroup& group, const 
           round == 0 ? choices : mix(choices, round), pixel.is_inside ? 1 / static_cast<float>(pixel.samples) : 0, pixel.has_turn};
 }
 
+std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
+  return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
+}
+
 // In rounds: a bundle takes at most one sample of a pixel.
 void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box, ViewTracer& tracer, TileSamples& tile) {
   std::array<ViewSample, bundle_size> bundle;
-  std::array<std::size_t, bundle_size> at;  // in the tile
-  constexpr std::size_t outside = ~std::size_t{0};
+  std::array<const Pixel*, bundle_size> pixel;
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
     for (const Pixel& p : group.pixels())
       if (p.samples > round) {
         bundle[count] = sample_of(context, group, p, round);
-        at[count++] = p.is_inside ? static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0) : outside;
+        pixel[count++] = &p;
       }
-    if (count == 0) return;
+    if (count == 0) break;
     tracer.trace(std::span(bundle).first(count));
     for (std::size_t i = 0; i < count; ++i)
-      if (at[i] != outside) tile.add(at[i], tracer.sample(i), tracer.layers(i), bundle[i].share);
+      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i));
   }
+  for (const Pixel& p : group.pixels())
+    if (p.is_inside) tile.scale(index_in(box, p), 1 / static_cast<float>(p.samples));
 }
 
 }  // namespace
 
-void TileSamples::add(std::size_t pixel, PixelSample sample, std::span<const Color> of_layers, float share) {
-  samples[pixel] += sample *= share;
-  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l] * share;
+void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers) {
+  samples[pixel] += sample;
+  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l];
+}
+
+void TileSamples::scale(std::size_t pixel, float factor) {
+  samples[pixel] *= factor;
+  const std::size_t count = layers.size() / samples.size();
+  for (std::size_t l = 0; l < count; ++l) layers[pixel * count + l] *= factor;
 }
 
 ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)

@@ -15,7 +15,8 @@ namespace sluice {
 struct TileSamples {
   std::vector<PixelSample> samples;
   std::vector<Color> layers;  // one after the other for each pixel
-  void add(std::size_t pixel, PixelSample sample, std::span<const Color> of_layers, float share);
+  void add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers);
+  void scale(std::size_t pixel, float factor);
 };
 
 class ViewPass {
