@@ -19,8 +19,8 @@ from .export.settings import export_settings
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
 _COARSE = {8: {"photons": 8192, "pilot_paths": 1 << 12}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
 _POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
-_AT_ONCE = 0.04  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
-_DRAWING = 0.1  # of the time, at most, for redraws while passes come in: without a graphics card they cost what renders
+_AT_ONCE = 0.03  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
+_DRAWING = 0.05  # of the time, at most, for redraws while passes come in: without a graphics card they cost what renders
 _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
 
 
@@ -58,6 +58,8 @@ def update(engine, context, depsgraph):
         names = Names(context.blend_data.collections)
         if kind == changes.THINGS or kind == changes.EDITS and not _copy_edits(view, depsgraph, names):
             _copy_all(view, depsgraph, names)
+        if view.session is not None and view.base is not None and _may_start_over(view):
+            _start(engine, view, depsgraph.scene, 0)  # it renders while Blender draws the rest of the window
     except Exception as error:
         _fail(engine, error)
 
@@ -141,8 +143,6 @@ def _start(engine, view, scene, level):
     if view.base is None or not view.session.start_from(view.base, shot, settings):
         view.session.start({**view.description, **shot}, settings)
         view.base = view.session
-    elif level == 0:
-        view.session.wait(_AT_ONCE)
 
 
 def _settings_of_level(settings, pixel):
@@ -154,25 +154,30 @@ def _settings_of_level(settings, pixel):
 
 def _refresh(engine, view, scene):
     """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
-    begun = view.session
-    if begun is None or view.stale and (view.level > 0 or view.shown_pass > 0):
+    if view.session is None or _may_start_over(view):
         _start(engine, view, scene, 0)
+    is_new = view.level == 0 and view.shown_pass == 0
     finished = _take_image(view)
     if finished and view.stale:
         _start(engine, view, scene, 0)
-        finished = _take_image(view)
+        is_new, finished = True, _take_image(view)
     engine.update_stats("Sluice", status.line(view.session.progress()))
     if finished and view.level > 0 and not view.told:  # the coarsest misses light
         statistics.remember(view.session)
         statistics.redraw()
         view.told = True
-    if finished and view.session is begun and view.level + 1 < len(_LEVELS):
+    if finished and not is_new and view.level + 1 < len(_LEVELS):
         _start(engine, view, scene, view.level + 1)
+
+
+def _may_start_over(view):
+    """A coarse image is never given up before it is seen."""
+    return view.stale and (view.level > 0 or view.shown_pass > 0)
 
 
 def _take_image(view):
     """Is the session done?"""
-    finished = view.session.wait(0)
+    finished = view.session.wait(_AT_ONCE if view.level == 0 and view.shown_pass == 0 else 0)
     progress = view.session.progress()
     if progress["state"] == 'failed' and not view.stale:
         raise final.core_failure(progress)
