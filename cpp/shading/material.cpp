@@ -12,6 +12,8 @@ Material::~Material() = default;
 Material::Material(Material&&) noexcept = default;
 Material& Material::operator=(Material&&) noexcept = default;
 
+bool Material::is_constant() const noexcept { return program_ && program_->is_folded; }
+
 void run(const Evaluation& e) noexcept {
   for (const Instruction& instruction : e.program.instructions) e.registers[instruction.out] = instruction.operation(instruction, e);
 }

@@ -36,6 +36,7 @@ class Material {
   [[nodiscard]] bool is_opaque() const noexcept { return opaque_; }
   [[nodiscard]] bool emits() const noexcept { return emits_; }
   [[nodiscard]] bool emission_is_constant() const noexcept { return constant_emission_; }
+  [[nodiscard]] bool is_constant() const noexcept;  // the same lobes everywhere and from everywhere, on one side
   [[nodiscard]] bool refracts() const noexcept { return refracts_; }
   [[nodiscard]] EventMask lobe_events() const noexcept { return events_; }
   [[nodiscard]] bool has_lobes(EventMask mask) const noexcept { return (events_ & mask) != 0; }

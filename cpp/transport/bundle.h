@@ -14,7 +14,7 @@
 namespace sluice {
 
 inline constexpr std::size_t bundle_size = 16;
-inline constexpr std::size_t turn_size = 8;  // of them send a gather segment in one pass, the others in the next
+inline constexpr std::size_t turn_size = 8;  // of them send a gather segment in a pass, the others in the next pass of the same stream
 inline constexpr float turn_chance = static_cast<float>(turn_size) / bundle_size;
 
 // What to trace: one sample of pixel (x, y) of the full frame.
@@ -63,7 +63,7 @@ struct Outgoing {
 // The far end of a sample's gather segment.
 struct FarEnd {
   bool found = false;   // it was sent, and met a surface
-  bool is_own = false;  // others could not have found the same there: they do not share it
+  bool is_own = false;  // not shared: alpha on the way or at y, of which a shadow ray cannot tell
   Hit hit;              // y; ng on the side of v
   V3f ns;
   float pdf;            // with which v made the direction (1/sr)
@@ -76,11 +76,12 @@ struct FarEnd {
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }
 
-// Where a sample gathers: v. It has several if materials mirror and scatter, or glass shows it two ways.
+// A vertex v that takes part in the bundle. A sample has several if materials mirror and scatter, or glass shows it two ways; their turn is
+// the sample's.
 struct Seer {
   std::size_t sample;   // of the bundle
   Vertex v;
-  std::uint64_t word;   // of the events between the eye and v: what is like is equal
+  std::uint64_t word;   // hash of what the path met from the eye to v: with equal words events, depth and kinds of lobes are equal
   int joins;            // C at v
   Color weight;         // of the path from the eye
   FarEnd far;

@@ -75,7 +75,7 @@ class Receiver {
 
 // Calls found(photon, f Φ / (π r²)) for the photons on the disk.
 template <class Found>
-inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) noexcept {
+inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) {
   if (receiver.empty()) return;
   const float per_area = 1 / (pi * square(radius));
   map.query(receiver.position(), radius, [&](const Photon& photon) {

@@ -75,7 +75,7 @@ class Joins {
     return static_cast<int>(steps_.size()) - 1;
   }
 
-  std::vector<Step> steps_;  // of all branches of one view sample
+  std::vector<Step> steps_;  // of all branches of all view samples of a bundle
 };
 
 }  // namespace sluice

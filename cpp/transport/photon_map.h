@@ -28,7 +28,7 @@ class PhotonMap {
 
   // Calls found(photon) for each photon within `radius` of `p`, in an order that depends on the map alone.
   template <class Found>
-  void query(const V3f& p, float radius, Found&& found) const noexcept;
+  void query(const V3f& p, float radius, Found&& found) const;
 
  private:
   struct Range {
@@ -43,7 +43,7 @@ class PhotonMap {
   }
   [[nodiscard]] int ranges(const V3f& p, float radius, std::array<Range, max_ranges>& out) const noexcept;
   template <class Found>
-  void scan(std::uint32_t begin, std::uint32_t end, const V3f& p, float radius2, Found& found) const noexcept;
+  void scan(std::uint32_t begin, std::uint32_t end, const V3f& p, float radius2, Found& found) const;
 
   std::vector<float> x_, y_, z_;  // padded by 8 so that a vector load may run over the end
   std::vector<Photon> photons_;
@@ -54,7 +54,7 @@ class PhotonMap {
 };
 
 template <class Found>
-void PhotonMap::query(const V3f& p, float radius, Found&& found) const noexcept {
+void PhotonMap::query(const V3f& p, float radius, Found&& found) const {
   if (photons_.empty()) return;
   std::array<Range, max_ranges> rows;
   const int n = ranges(p, radius, rows);
@@ -62,7 +62,7 @@ void PhotonMap::query(const V3f& p, float radius, Found&& found) const noexcept 
 }
 
 template <class Found>
-void PhotonMap::scan(std::uint32_t begin, std::uint32_t end, const V3f& p, float radius2, Found& found) const noexcept {
+void PhotonMap::scan(std::uint32_t begin, std::uint32_t end, const V3f& p, float radius2, Found& found) const {
 #if defined(__AVX2__)
   const __m256 px = _mm256_set1_ps(p.x), py = _mm256_set1_ps(p.y), pz = _mm256_set1_ps(p.z), r2 = _mm256_set1_ps(radius2);
   for (std::uint32_t i = begin; i < end; i += 8) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Gather segments of a bundle. A point y that one sample found is light for every sample of the same surface that sees it: each way from
 // a v to y is weighted by the density with which all of them together would have found that y (balance heuristic), so nothing is counted
-// twice and each sample alone would still find everything. A way counts if nothing lies on it, no entry from y to the eye would take any
-// of the light, and y looks the same from all of them. Where one of these fails y stays the finder's own.
+// twice and each sample alone would still find everything. A way counts if nothing lies on it and no entry from y to the eye would take any
+// of the light: a v whose way fails is left out, of the light and of the density, whoever found y. If the finder's own way fails, or y does
+// not look the same from all, y stays its own. (Which light there is at y depends on the finder's radius: near entries that take only
+// some of it, all this holds as radii shrink.)
 #include <algorithm>
 
 #include "transport/view_path.h"
@@ -13,9 +15,10 @@ namespace {
 constexpr float least_cosine_at_y = 0.02f;     // at y: closer to grazing its shading normal depends on who looks (surface.cpp)
 constexpr float cone_of_lobe = 0.1f;      // of a lobe's width (rad): directions so close see the same, up to a bias that shrinks with the radii
 
-// A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same.
-float least_width(const Vertex& y) noexcept {
-  float least = infinity;
+// A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same. Nodes
+// may make weights and colours of the direction, too.
+float least_width(const Material& material, const Vertex& y) noexcept {
+  float least = material.is_constant() ? infinity : 1.0f;
   for (int i = 0; i < y.bsdf.count; ++i) {
     const Lobe& lobe = y.bsdf.lobes[static_cast<std::size_t>(i)];
     if (!(mask_of(lobe.event) & gathering)) continue;
@@ -23,7 +26,7 @@ float least_width(const Vertex& y) noexcept {
       least = std::min({least, reflection->alpha.x, reflection->alpha.y});
     else if (const auto* refraction = std::get_if<Refraction>(&lobe.shape))
       least = std::min(least, refraction->alpha);
-    else if (const bool even = std::holds_alternative<Lambert>(lobe.shape) || std::holds_alternative<Translucent>(lobe.shape); !even || lobe.under || lobe.n != y.point.ns)
+    else if (!std::holds_alternative<Lambert>(lobe.shape) && !std::holds_alternative<Translucent>(lobe.shape))
       least = std::min(least, 1.0f);
   }
   return least;
@@ -57,11 +60,11 @@ Seer* ViewTracer::join_bundle(const ViewPath& path) noexcept {
 }
 
 // From here on, light that leaves y is kept apart.
-void ViewTracer::keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool is_clear) {
-  far.found = true, far.is_own = !is_clear;
+void ViewTracer::keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share) {
+  far.found = true, far.is_own = !may_share;
   far.hit = y.hit, far.hit.ng = y.point.ng, far.ns = y.point.ns;
   far.pdf = sample.pdf;
-  const float angle = cone_of_lobe * least_width(y) * radius_scale_;
+  const float angle = cone_of_lobe * least_width(scene_.material(y.hit), y) * radius_scale_;
   far.cone = angle < 1 ? std::cos(angle) : -1;
   far.arms = arms;
   for (std::size_t i = 0; Arm& arm : far.arms) {
@@ -99,10 +102,11 @@ void ViewTracer::share_gathers() {
 void ViewTracer::share(Seer& finder) {
   find_takers(finder.far);
   const FarEnd& far = finder.far;
+  if (std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); })) return;  // layers are parts of it
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !is_cone_narrow(finder)) {
+  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !all_see_alike(finder)) {
     for (const Arm& arm : far.arms) receive(finder, arm.light(), arm.weight);
     return;
   }
@@ -142,7 +146,7 @@ bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
 }
 
 // Seen from y, do all that could share it lie within the cone? Asked of all, lit or not, so that it does not matter who found y.
-bool ViewTracer::is_cone_narrow(const Seer& finder) const noexcept {
+bool ViewTracer::all_see_alike(const Seer& finder) const noexcept {
   if (finder.far.cone < 0) return true;
   std::optional<V3f> axis;
   return std::ranges::all_of(std::span(seers_).first(seer_count_), [&](const Seer& other) {

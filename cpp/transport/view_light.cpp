@@ -19,7 +19,7 @@ float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other
 void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
   const bool at_v = part == Part::Direct;
   const std::uint32_t first_pair = at_v ? 2 : 6;
-  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;
+  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
   const Bsdf& bsdf = vertex.bsdf;
   const V3f& wo = vertex.point.wo;
   const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), numbers.first(pair_of(path, first_pair)), at_v ? guide_->trust.at_v : guide_->trust.at_y);
@@ -95,7 +95,7 @@ bool ViewTracer::is_taken_from_view(const ViewPath& path, const Vertex& vertex, 
 }
 
 // Radiance that goes on to the eye by an arm; or, where the bundle shares it, that leaves y.
-void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) noexcept {
+void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) {
   if (!arm.far) return add(part, path, radiance * arm.weight, to);
   if (!is_finite(radiance)) return void(++counts.non_finite);
   if (to.images & picture) {
@@ -239,8 +239,9 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
   surface_emission(path, segment, far_, arms);
   if (!effects_.indirect) return;
   if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += far_.bsdf.count > 0);
-  const bool is_clear = layer == 1 && pass_chance(far_.bsdf) == 0;
-  if (seer) keep_far_end(seer->far, far_, arms, *sample, is_clear);
+  const Material& material = scene_.material(far_.hit);
+  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && pass_chance(far_.bsdf) == 0;
+  if (seer) keep_far_end(seer->far, far_, arms, *sample, may_share);
   light_from(path, far_, seer ? seer->far.arms : arms, length, sample->pdf);
 }
 

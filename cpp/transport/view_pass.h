@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The second half of a pass: one view sample per pixel of the border, tile by tile, added to the film.
+// The second half of a pass: view samples of the pixels of the border, as many as the guide says, traced in
+// bundles, tile by tile, and added to the film.
 #pragma once
 #include <atomic>
 #include <mutex>

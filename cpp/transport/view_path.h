@@ -114,7 +114,7 @@ class ViewTracer {
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v, Seer* seer);
   void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
-  void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) noexcept;
+  void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] EditSet takers_from(const Vertex* far, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
@@ -131,7 +131,7 @@ class ViewTracer {
     float geometry = 0;  // cos at y / distance²
   };
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
-  void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool is_clear);
+  void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
   void note_state(StateId q, const Vertex& y, FarEnd& far);
   void find_takers(FarEnd& far) const;
   void share_gathers();
@@ -139,7 +139,7 @@ class ViewTracer {
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
   [[nodiscard]] bool is_clear(const Connection& way, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
-  [[nodiscard]] bool is_cone_narrow(const Seer& finder) const noexcept;
+  [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
   [[nodiscard]] static LightSegment segment_of(const ViewPath& path) noexcept { return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, path.is_camera}; }
