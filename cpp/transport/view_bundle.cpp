@@ -12,8 +12,8 @@
 namespace sluice {
 namespace {
 
-constexpr float least_cosine_at_y = 0.02f;     // at y: closer to grazing its shading normal depends on who looks (surface.cpp)
-constexpr float cone_of_lobe = 0.1f;      // of a lobe's width (rad): directions so close see the same, up to a bias that shrinks with the radii
+constexpr float least_cosine_at_y = 0.02f;  // closer to grazing its shading normal depends on who looks (surface.cpp)
+constexpr float cone_of_lobe = 0.1f;        // of a lobe's width (rad): directions so close see the same, up to a bias that shrinks with the radii
 
 // A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same. Nodes
 // may make weights and colours of the direction, too.

@@ -106,8 +106,8 @@ void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance,
 }
 
 void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm) {
-  if (!is_finite(radiance)) return;
   if (!arm.far) return credit_radiance(q, radiance * arm.weight * path.weight);
+  if (!is_finite(radiance)) return;
   credit(q, [&, &taken = arm.light().taken](std::uint32_t edit) {
     const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);
     if (at == taken.end())

@@ -89,6 +89,7 @@ class ViewTracer {
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
+    if (!is_finite(radiance)) return;
     credit(q, [&](std::uint32_t edit) { counts.edits[edit].shown += luminance(radiance) * bundle_[at_].share; });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
