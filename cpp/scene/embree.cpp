@@ -75,14 +75,15 @@ void attach_instance(RTCDevice device, RTCScene scene, RTCScene prototype, const
 }
 
 // Embree drops rays beyond 1.844e18 and may abort on the rest of these.
-bool is_traceable(const V3f& origin, const V3f& direction, float t_max) noexcept {
+bool is_traceable(const RaySegment& segment) noexcept {
   constexpr float limit = 1e18f;
   const auto inside = [](const V3f& v) { return std::abs(v.x) < limit && std::abs(v.y) < limit && std::abs(v.z) < limit; };
-  return inside(origin) && inside(direction) && direction.length2() > 1e-30f && t_max > 0;  // NaN fails each comparison
+  return inside(segment.origin) && inside(segment.direction) && segment.direction.length2() > 1e-30f && segment.t_max > 0;  // NaN fails each comparison
 }
 
 template <class RayType>
-void fill(RayType& ray, const V3f& origin, const V3f& direction, float t_max, unsigned mask) noexcept {
+void fill(RayType& ray, const RaySegment& segment, unsigned mask) noexcept {
+  const auto& [origin, direction, t_max] = segment;
   ray.org_x = origin.x, ray.org_y = origin.y, ray.org_z = origin.z;
   ray.dir_x = direction.x, ray.dir_y = direction.y, ray.dir_z = direction.z;
   ray.tnear = 0, ray.tfar = t_max, ray.time = 0;
@@ -138,10 +139,10 @@ bool Accelerator::build(std::span<const AcceleratorItem> prototypes, std::span<c
   return !monitor.stop();
 }
 
-std::optional<RawHit> Accelerator::nearest(const V3f& origin, const V3f& direction, float t_max, unsigned mask) const noexcept {
-  if (!is_traceable(origin, direction, t_max)) return {};
+std::optional<RawHit> Accelerator::nearest(const RaySegment& segment, unsigned mask) const noexcept {
+  if (!is_traceable(segment)) return {};
   RTCRayHit query;
-  fill(query.ray, origin, direction, t_max, mask);
+  fill(query.ray, segment, mask);
   query.hit.geomID = query.hit.primID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
   rtcIntersect1(top_, &query);
@@ -155,10 +156,10 @@ std::optional<RawHit> Accelerator::nearest(const V3f& origin, const V3f& directi
   return RawHit{placed ? query.hit.instID[0] : query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
 }
 
-bool Accelerator::blocked(const V3f& origin, const V3f& direction, float t_max, unsigned mask) const noexcept {
-  if (!is_traceable(origin, direction, t_max)) return false;
+bool Accelerator::blocked(const RaySegment& segment, unsigned mask) const noexcept {
+  if (!is_traceable(segment)) return false;
   RTCRay ray;
-  fill(ray, origin, direction, t_max, mask);
+  fill(ray, segment, mask);
 #if RTC_VERSION_MAJOR >= 4
   rtcOccluded1(top_, &ray);
 #else
@@ -167,6 +168,35 @@ bool Accelerator::blocked(const V3f& origin, const V3f& direction, float t_max, 
   rtcOccluded1(top_, &context, &ray);
 #endif
   return ray.tfar < 0;
+}
+
+unsigned Accelerator::blocked(std::span<const RaySegment> segments, unsigned mask) const noexcept {
+  static_assert(packet_size == 8);
+  RTCRay8 rays;
+  alignas(32) int valid[packet_size] = {};  // -1: trace it
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (!is_traceable(segments[i])) continue;
+    const auto& [origin, direction, t_max] = segments[i];
+    valid[i] = -1;
+    rays.org_x[i] = origin.x, rays.org_y[i] = origin.y, rays.org_z[i] = origin.z;
+    rays.dir_x[i] = direction.x, rays.dir_y[i] = direction.y, rays.dir_z[i] = direction.z;
+    rays.tnear[i] = 0, rays.tfar[i] = t_max, rays.time[i] = 0;
+    rays.mask[i] = mask, rays.id[i] = 0, rays.flags[i] = 0;
+  }
+#if RTC_VERSION_MAJOR >= 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcOccluded8(valid, top_, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded8(valid, top_, &context, &rays);
+#endif
+  unsigned blocked = 0;
+  for (std::size_t i = 0; i < segments.size(); ++i) blocked |= static_cast<unsigned>(valid[i] != 0 && rays.tfar[i] < 0) << i;
+  return blocked;
 }
 
 }  // namespace sluice

@@ -32,6 +32,13 @@ struct RawHit {
   float t, u, v;
 };
 
+// A segment as the accelerator sees it.
+struct RaySegment {
+  V3f origin, direction;
+  float t_max;
+};
+inline constexpr std::size_t packet_size = 8;
+
 class Accelerator {
  public:
   Accelerator() = default;
@@ -44,8 +51,10 @@ class Accelerator {
                            const std::function<bool()>& cancelled);
 
   // A ray that is not finite, has no direction or an empty range meets nothing: Embree may abort the process on such (numerics R4).
-  [[nodiscard]] std::optional<RawHit> nearest(const V3f& origin, const V3f& direction, float t_max, unsigned mask) const noexcept;
-  [[nodiscard]] bool blocked(const V3f& origin, const V3f& direction, float t_max, unsigned mask) const noexcept;
+  [[nodiscard]] std::optional<RawHit> nearest(const RaySegment& segment, unsigned mask) const noexcept;
+  [[nodiscard]] bool blocked(const RaySegment& segment, unsigned mask) const noexcept;
+  // Bit i: segments[i] is blocked. At most packet_size of them; fast if they run side by side.
+  [[nodiscard]] unsigned blocked(std::span<const RaySegment> segments, unsigned mask) const noexcept;
 
  private:
   void release() noexcept;

@@ -42,18 +42,14 @@ V3f start(const Ray& ray) noexcept {
 
 // A shadow ray ends just short of a light, so the end must stay where it is when the start moves off its surface: else the light's own
 // mesh blocks it as soon as the receiver's clearance is larger than the light's.
-struct ShadowRay {
-  V3f origin, direction;
-  float t_max;
-
-  explicit ShadowRay(const Ray& ray) noexcept : origin(start(ray)), direction(ray.direction), t_max(static_cast<float>(ray.t_max)) {
-    if (!std::isfinite(ray.t_max)) return;
-    const V3d to = ray.origin + V3d(ray.direction) * ray.t_max - V3d(origin);
-    const double length = to.length();
-    if (!(to.dot(V3d(ray.direction)) > 0.5 * length)) return;  // as short as the clearance: it has no direction of its own
-    direction = V3f(to / length), t_max = static_cast<float>(length);
-  }
-};
+RaySegment shadow_segment(const Ray& ray) noexcept {
+  const RaySegment plain{start(ray), ray.direction, static_cast<float>(ray.t_max)};
+  if (!std::isfinite(ray.t_max)) return plain;
+  const V3d to = ray.origin + V3d(ray.direction) * ray.t_max - V3d(plain.origin);
+  const double length = std::sqrt(to.length2());
+  if (!(to.dot(V3d(ray.direction)) > 0.5 * length)) return plain;  // as short as the clearance: it has no direction of its own
+  return {plain.origin, V3f(to * (1 / length)), static_cast<float>(length)};
+}
 
 // The hit in double, from the plane of the triangle as Embree saw it (numerics §1: its float t is off by up to 3e-5).
 Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcept {
@@ -79,22 +75,20 @@ Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcep
 }  // namespace
 
 std::optional<Hit> Scene::intersect(const Ray& ray) const noexcept {
-  const auto raw = parts_->accelerator.nearest(start(ray), ray.direction, static_cast<float>(ray.t_max), ray.from_camera ? mask_camera : mask_any);
+  const auto raw = parts_->accelerator.nearest({start(ray), ray.direction, static_cast<float>(ray.t_max)}, ray.from_camera ? mask_camera : mask_any);
   if (!raw) return {};
   return refine(*parts_, ray, *raw);
 }
 
 std::optional<Color> Scene::transmittance(const Ray& ray) const noexcept {
   const Parts& parts = *parts_;
-  const ShadowRay whole(ray);
-  if (parts.accelerator.blocked(whole.origin, whole.direction, whole.t_max, mask_shadow_opaque)) return Color(0);
+  if (parts.accelerator.blocked(shadow_segment(ray), mask_shadow_opaque)) return Color(0);
   Color left(1);
   if (!parts.has_transparent_shadows) return left;
   Ray rest = ray;
   SurfacePoint point;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
-    const ShadowRay left_over(rest);
-    const auto raw = parts.accelerator.nearest(left_over.origin, left_over.direction, left_over.t_max, mask_shadow_transparent);
+    const auto raw = parts.accelerator.nearest(shadow_segment(rest), mask_shadow_transparent);
     if (!raw) return left;
     const Hit hit = refine(parts, rest, *raw);
     const Material& surface = material(hit);
@@ -110,9 +104,14 @@ std::optional<Color> Scene::transmittance(const Ray& ray) const noexcept {
   return {};
 }
 
-bool Scene::is_clear(const Ray& ray) const noexcept {
-  const ShadowRay whole(ray);
-  return !parts_->accelerator.blocked(whole.origin, whole.direction, whole.t_max, mask_any);
+void Scene::find_clear(std::span<const Ray> rays, std::span<bool> clear) const noexcept {
+  std::array<RaySegment, packet_size> packet;
+  for (std::size_t begin = 0; begin < rays.size(); begin += packet_size) {
+    const std::size_t count = std::min(packet_size, rays.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) packet[i] = shadow_segment(rays[begin + i]);
+    const unsigned blocked = parts_->accelerator.blocked(std::span(packet).first(count), mask_any);
+    for (std::size_t i = 0; i < count; ++i) clear[begin + i] = !((blocked >> i) & 1);
+  }
 }
 
 const Material& Scene::material(const Hit& hit) const noexcept {

@@ -44,8 +44,9 @@ class Scene {
   // What is left of light along the segment [0, t_max]: the product of the transparencies of the shadow-casting surfaces on it,
   // black if one is opaque. Lamps block nothing. Empty: more transparent surfaces than are followed.
   [[nodiscard]] std::optional<Color> transmittance(const Ray& ray) const noexcept;
-  // No surface at all on the segment [0, t_max], opaque or not: what intersect() would not meet either.
-  [[nodiscard]] bool is_clear(const Ray& ray) const noexcept;
+  // clear[i]: no surface at all on the segment [0, t_max] of rays[i], opaque or not: what intersect() would not meet either. Fast if
+  // the rays run side by side.
+  void find_clear(std::span<const Ray> rays, std::span<bool> clear) const noexcept;
 
   [[nodiscard]] const Material& material(const Hit& hit) const noexcept;
   // What shade() needs to know at a hit seen from `wo` (unit, away from the surface). Photons set point.photon themselves.

@@ -27,6 +27,23 @@ struct ViewSample {
   bool has_turn;        // if the bundle shares its segments: with turn_chance
 };
 
+// At most one thing for D, one for G, and one for the picture beside its layers.
+template <class T>
+class Few {
+ public:
+  static constexpr std::size_t most = 3;
+  void add(const T& item) noexcept { items_[count_++] = item; }
+  [[nodiscard]] T* begin() noexcept { return items_.data(); }
+  [[nodiscard]] T* end() noexcept { return items_.data() + count_; }
+  [[nodiscard]] const T* begin() const noexcept { return items_.data(); }
+  [[nodiscard]] const T* end() const noexcept { return items_.data() + count_; }
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+
+ private:
+  std::array<T, most> items_;
+  std::size_t count_ = 0;
+};
+
 // One kind of lobe of v through which gathered light reaches the eye.
 struct Arm {
   int joins;
@@ -38,20 +55,7 @@ struct Arm {
 
   [[nodiscard]] struct Outgoing& light() const noexcept;
 };
-class Arms {
- public:
-  static constexpr std::size_t most = 3;
-  void add(const Arm& arm) noexcept { arms_[count_++] = arm; }
-  [[nodiscard]] Arm* begin() noexcept { return arms_.data(); }
-  [[nodiscard]] Arm* end() noexcept { return arms_.data() + count_; }
-  [[nodiscard]] const Arm* begin() const noexcept { return arms_.data(); }
-  [[nodiscard]] const Arm* end() const noexcept { return arms_.data() + count_; }
-  [[nodiscard]] std::size_t size() const noexcept { return count_; }
-
- private:
-  std::array<Arm, most> arms_;
-  std::size_t count_ = 0;
-};
+using Arms = Few<Arm>;
 
 // Radiance that leaves y towards the bundle.
 struct Outgoing {

@@ -46,6 +46,7 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   effects.light_edits = !is_empty(scene.edits().takers(Side::Light));
   effects.view_edits = !is_empty(scene.edits().takers(Side::View));
   effects.layers = !scene.edits().layers().empty();
+  effects.words = effects.light_edits || effects.view_edits || effects.layers;
 
   if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);
   if (effects.edited) effects.close_arrivals |= bit(Arrival::Edited);

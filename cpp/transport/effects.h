@@ -14,11 +14,11 @@ struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
   bool light_edits = false, view_edits = false;
   bool layers = false;           // images of whole paths beside the picture
+  bool words = false;            // one of these three asks what happened to light: else nobody keeps it
   unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads; direct ones only near their light (light_path.cpp)
   unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
 
   [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
-  [[nodiscard]] bool words() const noexcept { return light_edits || view_edits || layers; }  // does someone ask what happened to light? Else nobody keeps it
 
   struct Reason {
     std::string effect;

@@ -13,13 +13,15 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness) {
   key_ = key, draws_ = 0;
-  witness_ = witness;
+  witness_ = witness, is_watched_ = effects_.words || witness;
   light_ = photon.light, emitter_ = photon.emitter;
   counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
-  if (effects_.words()) start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(photon.light)));
-  if (witness_) start.word = witness_->after(-1, Event::L, scene_.light_entity(photon.light));
+  if (is_watched_) {
+    if (effects_.words) start.q = StateTable::light_start;
+    note_event(start, Event::L, scene_.light_entity(photon.light));
+  }
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
   branches_[0] = start;
@@ -37,35 +39,11 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
 
 // Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in branches_.
 bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
-  if (path.q == StateTable::dead && effects_.light_edits) {
-    counts.ledger.capped += luminance(path.flux);
-    ++counts.states_capped;
-    return false;
-  }
-  const Edits& edits = scene_.edits();
-  if (path.at_edit >= 0) {
-    const auto crossing = edits.first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
-    if (witness_) witness_->look_at_exit(path, crossing);
-    path.at_edit = -1;
-    if (crossing) {
-      meet_light_edit(path, *crossing);
-      return false;
-    }
-  }
+  if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]] return false;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
     ++counts.rays;
-    const Segment segment{path.origin, V3d(path.direction), path.t_min, hit ? hit->t : std::numeric_limits<double>::infinity(), path.excluded_group};
-    std::optional<Crossing> crossing;
-    if (effects_.light_edits && !states_.taking(path.q).empty()) {  // else the segment asks nothing
-      ++counts.edit_queries;
-      crossing = edits.first_taken(states_, path.q, segment);
-    }
-    if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing);
-    if (crossing) {
-      meet_light_edit(path, *crossing);
-      return false;
-    }
+    if (is_watched_ && asks(path) && is_taken(path, hit ? hit->t : std::numeric_limits<double>::infinity())) [[unlikely]] return false;
     if (!hit) {
       counts.ledger.escaped += luminance(path.flux);
       return false;
@@ -89,6 +67,40 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   counts.ledger.capped += luminance(path.flux);
   ++counts.alpha_capped;
   return false;
+}
+
+// No state left for it, or an entry in the plane of the exit where it starts takes it: then it does not.
+bool LightTracer::can_leave(LightPath& path) noexcept {
+  if (path.q == StateTable::dead && effects_.light_edits) {
+    counts.ledger.capped += luminance(path.flux);
+    ++counts.states_capped;
+    return false;
+  }
+  if (path.at_edit < 0) return true;
+  const auto crossing = scene_.edits().first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
+  if (witness_) witness_->look_at_exit(path, crossing);
+  path.at_edit = -1;
+  if (crossing) meet_light_edit(path, *crossing);
+  return !crossing;
+}
+
+// Does an entry on the segment take it?
+bool LightTracer::is_taken(const LightPath& path, double t_end) noexcept {
+  const Segment segment{path.origin, V3d(path.direction), path.t_min, t_end, path.excluded_group};
+  std::optional<Crossing> crossing;
+  if (takes_some(path.q)) {
+    ++counts.edit_queries;
+    crossing = scene_.edits().first_taken(states_, path.q, segment);
+  }
+  if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing);
+  if (crossing) meet_light_edit(path, *crossing);
+  return crossing.has_value();
+}
+
+// An event of the path, for those who ask what happened to it.
+void LightTracer::note_event(LightPath& path, Event event, int entity) noexcept {
+  if (effects_.words) path.q = states_.next(path.q, scene_.edits().event_class(event, entity));
+  if (witness_) path.word = witness_->after(path.word, event, entity);
 }
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
@@ -220,8 +232,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   path.direction = sample->wi;
   path.excluded_group = -1;
   path.last = sample->event;
-  if (effects_.words()) path.q = states_.next(path.q, scene_.edits().event_class(sample->event, scene_.entity(vertex.hit)));
-  if (witness_) path.word = witness_->after(path.word, sample->event, scene_.entity(vertex.hit));
+  if (is_watched_) note_event(path, sample->event, scene_.entity(vertex.hit));
   ++path.depth;
   return true;
 }

@@ -39,7 +39,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   for (const Counts& t : chunk_counts_) counts += t;
 
   photons.states.clear();
-  if (context.effects.words()) number_states(photons, pool, cancel);
+  if (context.effects.words) number_states(photons, pool, cancel);
   const float shrink = radius_scale(context.pass);
   photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
   photons.close.build(chunks_, context.effects.close_arrivals, 2 * context.settings.caustic_radius_range * context.guide.caustic_radius * shrink, pool, cancel);

@@ -20,8 +20,10 @@ constexpr float seen_share = 0.5f;     // towards what the camera sees: by direc
 constexpr std::size_t most_targets = 64;
 constexpr int paths_per_entry = 256;  // that find out whether it takes light that is aimed at it
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
-// fewer are noise themselves. A disk at v should find the most of these.
+// fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
+constexpr double close_photons = 16, parts_of_way = 3;  // on a disk at v
+constexpr unsigned close_arrivals = (1u << static_cast<unsigned>(Arrival::Caustic)) | (1u << static_cast<unsigned>(Arrival::Edited));
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -37,7 +39,6 @@ class VisibleCells {
   [[nodiscard]] bool contains(const V3f& p) const { return cells_.find(V3d(p)); }
   [[nodiscard]] bool empty() const noexcept { return hits_.empty(); }
   [[nodiscard]] const std::vector<Hit>& hits() const noexcept { return hits_; }  // ng on the side that was seen
-  [[nodiscard]] const Cells& cells() const noexcept { return cells_; }
 
   // A sphere around all but the outermost 2 % of the points.
   [[nodiscard]] Target sphere() const {
@@ -255,22 +256,28 @@ class Pilot {
     guide.radius = gather_radius(guide, mean_length, 1 / pi);
   }
 
-  // How wide a disk at v must be to hold a few of the photons that come by mirrors, glass and exits. Next to a cell with many of them
-  // it is as narrow as there, so that edges stay sharp.
+  // How wide a disk at v must be to hold some of the photons that come by mirrors, glass and exits: a part of the way within which lie
+  // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
+  // sharp. Cells that no photon at all lies in are left out.
   void size_disks(Guide& guide, const VisibleCells& seen) {
-    Cells found = seen.cells();
+    const double most = settings_.caustic_radius_range * guide.caustic_radius, reach = most * parts_of_way;
+    const double photons = close_photons * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
+    const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
+    PhotonMap map;
+    map.build(photons_, close_arrivals, static_cast<float>(reach), pool_, cancel_);
+    guide.disks = Cells(guide.caustic_radius);
     for (const auto& chunk : photons_)
       for (const Photon& photon : chunk)
-        if (const V3d p(photon.position); is_close(photon) && seen.contains(photon.position)) ++found.at(p);
-    const Cells here = found;
-    const double edge = here.edge(), per_pass = static_cast<double>(settings_.photons) / settings_.pilot_paths;
-    found.change_all([&](const V3d& p, float) {
-      double most = 0;
-      for (int n = 0; n < 27; ++n)
-        if (const float* count = here.find(p + V3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1) * edge)) most = std::max<double>(most, *count);
-      return static_cast<float>(edge * std::sqrt(most_photons / (pi * std::max(most * per_pass, 1e-3))));
+        if (seen.contains(photon.position)) guide.disks.at(V3d(photon.position));
+    std::vector<float> distance2;
+    guide.disks.change_all([&](const V3d& p, float) {
+      distance2.clear();
+      if (!cancel_) map.query(V3f(p), static_cast<float>(reach), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
+      if (distance2.size() < wanted) return static_cast<float>(most * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
+      const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
+      std::ranges::nth_element(distance2, last);
+      return static_cast<float>(std::sqrt(*last) / parts_of_way);
     });
-    guide.disks = std::move(found);
   }
 
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
@@ -300,7 +307,7 @@ class Pilot {
     return yields;
   }
 
-  [[nodiscard]] static bool is_close(const Photon& photon) noexcept { return photon.arrival == Arrival::Caustic || photon.arrival == Arrival::Edited; }
+  [[nodiscard]] static bool is_close(const Photon& photon) noexcept { return (close_arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; }
 
   void account(const Guide& guide, const VisibleCells& seen, const EmittedPhoton& start, const std::vector<Photon>& photons, Yield& yield) const {
     double close = 0, seen_flux = 0;

@@ -106,30 +106,45 @@ void ViewTracer::share(Seer& finder) {
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !all_see_alike(finder)) {
+  if (far.is_own || !connect(finder, far, own) || (effects_.light_edits && is_taken(own, far)) || !all_see_alike(finder)) {
     for (const Arm& arm : far.arms) receive(finder, arm.light(), arm.weight);
     return;
   }
-  float density = turn_chance * far.pdf * own.geometry;
   for (Seer& other : std::span(seers_).first(seer_count_)) {
     if (other.word != finder.word || &other == &finder) continue;
     Connection& way = ways[count];
     if (!connect(other, far, way)) continue;
-    const float pdf_other = pdf(other.v.bsdf, other.v.point.wo, way.wi, gathering);
-    if (!(pdf_other > 0) || !is_clear(way, far) || is_taken(way, far)) continue;
-    density += turn_chance * pdf_other * way.geometry;
-    ++count;
+    way.pdf = pdf(other.v.bsdf, other.v.point.wo, way.wi, gathering);
+    if (way.pdf > 0) ++count;
   }
-  for (const Connection& way : std::span(ways).first(count))
+  const std::span others = std::span(ways).subspan(1, count - 1);
+  find_clear(others, far);
+  own.pdf = far.pdf, own.counts = true;
+  float density = turn_chance * far.pdf * own.geometry;
+  for (Connection& way : others) {
+    way.counts = way.counts && !(effects_.light_edits && is_taken(way, far));
+    if (way.counts) density += turn_chance * way.pdf * way.geometry;
+  }
+  for (const Connection& way : std::span(ways).first(count)) {
+    if (!way.counts) continue;
     for (const Arm& arm : far.arms) receive(*way.to, arm.light(), eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
+  }
 }
 
-bool ViewTracer::is_clear(const Connection& way, const FarEnd& far) noexcept {
-  ++counts.shadow_rays;
-  return scene_.is_clear(ray_from(way.to->v.hit, way.wi, short_of(way.distance, far.hit.clearance.length(), -way.wi.dot(far.hit.ng))));
+void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexcept {
+  std::array<Ray, most_seers> rays;
+  std::array<bool, most_seers> clear;
+  const double clearance = far.hit.clearance.length();
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const Connection& way = ways[i];
+    rays[i] = ray_from(way.to->v.hit, way.wi, short_of(way.distance, clearance, -way.wi.dot(far.hit.ng)));
+  }
+  scene_.find_clear(std::span(rays).first(ways.size()), clear);
+  counts.shadow_rays += ways.size();
+  for (std::size_t i = 0; i < ways.size(); ++i) ways[i].counts = clear[i];
 }
 
-// Would an entry take some of the light, between y and v or between v and the eye?
+// Would an entry take some of the light, between y and v or between v and the eye? Asked only where there are light edits.
 bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
   const Seer& seer = *way.to;
   if (joins_.is_constrained(seer.joins)) {

@@ -8,6 +8,19 @@
 
 namespace sluice {
 
+// No state left for the path, or a view edit's entry in the plane of the exit where it starts takes it: then it does not go on from here.
+bool ViewTracer::can_leave(ViewPath& path) {
+  if (path.state == StateTable::dead) {
+    ++counts.states_capped;
+    return false;
+  }
+  if (path.at_edit < 0) return true;
+  const auto crossing = scene_.edits().first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
+  path.at_edit = -1;
+  if (crossing) meet_view_edit(path, *crossing);
+  return !crossing;
+}
+
 // The gates on a segment in the order of the ray, and the lamps between them.
 ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps) {
   const Edits& edits = scene_.edits();

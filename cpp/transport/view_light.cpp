@@ -73,7 +73,7 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
     if (!left || is_black(*left)) return {};
     way.left = *left;
   }
-  if (!effects_.words()) return way;
+  if (!effects_.words) return way;
   way.q = light_state(light);
   if (way.q == StateTable::dead && effects_.light_edits) {
     ++counts.states_capped;
@@ -107,8 +107,7 @@ void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance,
 
 void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm) {
   if (!arm.far) return credit_radiance(q, radiance * arm.weight * path.weight);
-  if (!is_finite(radiance)) return;
-  credit(q, [&, &taken = arm.light().taken](std::uint32_t edit) {
+  credit(q, radiance, [&, &taken = arm.light().taken](std::uint32_t edit) {
     const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);
     if (at == taken.end())
       taken.emplace_back(edit, radiance);
@@ -145,18 +144,20 @@ ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept 
 
 // Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all of them, so that layers
 // change no bit of it.
-template <class Estimate>
-void ViewTracer::for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate) {
+Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex, ImageSet images) {
+  Few<LobeGroup> groups;
   const bool is_apart = joins_.is_constrained(joins);
-  if (!is_apart && !effects_.layers) return estimate(gathering, Joins::all, images);
   const EventMask kinds = vertex.bsdf.events() & gathering;
-  if (!is_apart && (kinds != gathering || same_event(vertex)))
-    return estimate(gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images);
-  if (!is_apart) {
-    if (images & picture) estimate(gathering, joins, picture);
-    images &= ~picture;
+  if (!is_apart && !effects_.layers) {
+    groups.add({gathering, Joins::all, images});
+  } else if (!is_apart && (kinds != gathering || same_event(vertex))) {
+    groups.add({gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images});
+  } else {
+    if (!is_apart && (images & picture)) groups.add({gathering, joins, picture});
+    if (!is_apart) images &= ~picture;
+    for_each_event(kinds, [&](Event e) { groups.add({mask_of(e), event_at(joins, vertex, e), images}); });
   }
-  for_each_event(kinds, [&](Event e) { estimate(mask_of(e), event_at(joins, vertex, e), images); });
+  return groups;
 }
 
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
@@ -164,13 +165,14 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
   const float radius = close_radius(path, v.hit.position);
   const int room = settings_.max_depth - path.depth - 1;
-  for_each_lobe(path.joins, v, all_images, [&](EventMask mask, int joins, ImageSet asked) {
+  for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
     const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
-    estimate_density(photons_->close, Receiver(v, mask), radius, [&](const Photon& photon, const Color& radiance) {
+    estimate_density(photons_->close, Receiver(v, mask), radius, [&, joins = joins, asked = asked](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
+      if (!asks && sums) return void((++counts.photons_gathered, sum[static_cast<std::size_t>(photon.arrival)] += radiance));
       Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
       to.images &= asked;
       if (!to.images) return;
@@ -178,17 +180,17 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
       if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
       if (to.images) add(photon.arrival == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
     });
-    if (!sums) return;
+    if (!sums) continue;
     add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], {picture});
     add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], {picture});
-  });
+  }
 }
 
 // The ways light of the gather segment goes on at v: one, or one per kind of lobe where C or a layer could tell them apart.
 Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
   const EventMask kinds = v.bsdf.events() & gathering;
   Arms arms;
-  const auto joins_for = [&](Event e) { return effects_.words() ? event_at(path.joins, v, e) : path.joins; };
+  const auto joins_for = [&](Event e) { return effects_.words ? event_at(path.joins, v, e) : path.joins; };
   if (kinds != gathering) {
     arms.add({joins_for(sample.event), sample.weight / square(sample.eta), all_images});
     return arms;
@@ -305,14 +307,16 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
   const int room = settings_.max_depth - path.depth - 2;
   for (const Arm& arm : arms) {
     if (!arm.far && is_black(arm.weight)) continue;
-    for_each_lobe(arm.joins, y, arm.images, [&](EventMask mask, int joins, ImageSet asked) {
+    for (const auto& [mask, joins, asked] : groups_of(arm.joins, y, arm.images)) {
       ++counts.gathers;
       const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);
       Color sum(0);
-      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&](const Photon& photon, const Color& radiance) {
+      std::uint32_t last_q = ~0u;  // neighbours are often in one state
+      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins, asked = asked](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return void(++counts.depth_capped);
+        if (!asks && sums) return void((++counts.photons_gathered, sum += radiance));
         Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
-        if (asks && arm.far) note_state(state_of_[photon.q()], y, *arm.far);
+        if (asks && arm.far && photon.q() != last_q) note_state(state_of_[last_q = photon.q()], y, *arm.far);
         to.images &= asked;
         if (!to.images) return;
         ++counts.photons_gathered;
@@ -320,7 +324,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
         if (to.images) deliver(Part::Indirect, path, radiance, arm, to);
       });
       if (sums) deliver(Part::Indirect, path, sum, arm, {picture});
-    });
+    }
   }
 }
 

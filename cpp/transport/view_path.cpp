@@ -103,21 +103,10 @@ void ViewTracer::record_first(const Vertex* vertex) noexcept {
 
 // On to the next surface, collecting emission on the way. False: the path is over, or goes on in branches_.
 bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
-  if (path.state == StateTable::dead && effects_.view_edits) {
-    ++counts.states_capped;
-    return false;
-  }
+  if (effects_.view_edits && !can_leave(path)) return false;
   const Edits& edits = scene_.edits();
-  if (path.at_edit >= 0) {
-    const auto crossing = edits.first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
-    path.at_edit = -1;
-    if (crossing) {
-      meet_view_edit(path, *crossing);
-      return false;
-    }
-  }
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
-    if (path.own_entry >= 0) {
+    if (effects_.words && path.own_entry >= 0) {
       edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, edits.takers(Side::Light), crossings_);
       const Went went = cross_plane(path, crossings_);
       if (went == Went::Nowhere) return false;
@@ -128,9 +117,11 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     ++counts.rays;
     const double t_end = hit ? hit->t : path.t_max;
     const std::span lamps(lamps_.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
-    const Went went = cross_gates(path, t_end, lamps);
-    if (went == Went::Nowhere) return false;
-    if (went == Went::Elsewhere) continue;
+    if (effects_.words || !lamps.empty()) {
+      const Went went = cross_gates(path, t_end, lamps);
+      if (went == Went::Nowhere) return false;
+      if (went == Went::Elsewhere) continue;
+    }
     if (!hit) {
       record_first(nullptr);
       if (!(path.is_camera && settings_.transparent_film)) far_emission(path, segment_of(path), arm_of(path));
@@ -189,14 +180,14 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   path.excluded_group = -1;
   path.is_camera = false;
   const EventClass event = scene_.edits().event_class(Event::S, scene_.entity(vertex.hit));
-  if (effects_.words()) path.joins = joins_.event(path.joins, event);
+  if (effects_.words) path.joins = joins_.event(path.joins, event);
   if (effects_.view_edits) path.state = states_.next(path.state, event);
   path.word = mix(path.word, static_cast<std::uint64_t>(scene_.entity(vertex.hit)) + 1);
   ++path.depth;
 }
 
-// Some footprints of a pixel; more where the pilot found so few photons that noise would hide every feature of that size, fewer where
-// there are enough for sharper edges. Rounding of positions sets the floor: below it photons of one surface no longer share a disk
+// Some footprints of a pixel; more where the pilot found so few photons (or none) that noise would hide every feature of that size, fewer
+// where there are enough for sharper edges. Rounding of positions sets the floor: below it photons of one surface no longer share a disk
 // (numerics D6).
 float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcept {
   const auto extent = static_cast<float>(scene_.extent());
@@ -204,7 +195,7 @@ float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcep
   const float least = 1e-6f * extent, radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), least, 0.02f * extent);
   const float* needed = guide_->disks.find(v);
   const float range = settings_.caustic_radius_range;
-  return (needed ? std::clamp(*needed, std::max(radius / range, least), radius * range) : radius) * radius_scale_;
+  return (needed ? std::clamp(*needed, std::max(radius / range, least), radius * range) : radius * range) * radius_scale_;
 }
 
 }  // namespace sluice

@@ -78,19 +78,19 @@ class ViewTracer {
   void trace_sample();
   void follow(ViewPath& path);
   [[nodiscard]] bool next_vertex(ViewPath& path, Vertex& vertex);
+  [[nodiscard]] bool can_leave(ViewPath& path);
   void record_first(const Vertex* vertex) noexcept;
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
   void add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept;
   // Light that edits took on its way is in their statistics: calls book(edit) for each of them.
   template <class Book>
-  void credit(StateId q, Book&& book) const {
-    if (q == StateTable::dead || states_.gates(q) == 0) return;
+  void credit(StateId q, const Color& radiance, Book&& book) const {
+    if (q == StateTable::dead || states_.gates(q) == 0 || !is_finite(radiance)) return;
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
-    if (!is_finite(radiance)) return;
-    credit(q, [&](std::uint32_t edit) { counts.edits[edit].shown += luminance(radiance) * bundle_[at_].share; });
+    credit(q, radiance, [&](std::uint32_t edit) { counts.edits[edit].shown += luminance(radiance) * bundle_[at_].share; });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
@@ -130,6 +130,8 @@ class ViewTracer {
     V3f wi{0};
     double distance = 0;
     float geometry = 0;  // cos at y / distance²
+    float pdf = 0;       // with which `to` would send its segment here (1/sr)
+    bool counts = false;  // nothing lies on it, no entry takes its light
   };
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
   void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
@@ -138,7 +140,7 @@ class ViewTracer {
   void share_gathers();
   void share(Seer& finder);
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
-  [[nodiscard]] bool is_clear(const Connection& way, const FarEnd& far) noexcept;
+  void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
   [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
@@ -165,8 +167,12 @@ class ViewTracer {
     const int entity = scene_.entity(vertex.hit);
     return scene_.edits().event_class(Event::D, entity) == scene_.edits().event_class(Event::G, entity);
   }
-  template <class Estimate>
-  void for_each_lobe(int joins, const Vertex& vertex, ImageSet images, Estimate&& estimate);
+  struct LobeGroup {  // lobes that C and the layers cannot tell apart
+    EventMask lobes;
+    int joins;  // C behind them
+    ImageSet images;
+  };
+  [[nodiscard]] Few<LobeGroup> groups_of(int joins, const Vertex& vertex, ImageSet images);
   [[nodiscard]] float close_radius(const ViewPath& path, const V3d& v) const noexcept;
   [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
