@@ -67,7 +67,7 @@ bool Edits::any_taken(const StateTable& table, StateId state, const Segment& seg
 }
 
 std::optional<Crossing> Edits::first_taken_at_exit(const StateTable& table, StateId state, int edit, int exit, const V3d& point) const noexcept {
-  if (table.taking(state).empty()) return std::nullopt;
+  if (table.takes_none(state)) return std::nullopt;
   const int group = quad(edit, exit).group;
   for (const QuadId& id : groups_[static_cast<std::size_t>(group)]) {
     if (id.exit != QuadId::entry) break;  // entries come first, by order

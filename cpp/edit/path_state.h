@@ -56,6 +56,7 @@ class StateTable {
 
   // Edits of the state's own side whose entry would take the path (expression accepts, not used up), by `order`. At the cap too.
   [[nodiscard]] std::span<const std::uint16_t> taking(StateId state) const noexcept { return lists_[list_[state]]->edits; }
+  [[nodiscard]] bool takes_none(StateId state) const noexcept { return list_[state] == 0; }
   [[nodiscard]] const TakingList& taking_list(StateId state) const noexcept { return *lists_[list_[state]]; }
   [[nodiscard]] bool takes(StateId state, int edit) const noexcept { return contains(lists_[list_[state]]->members, edit); }
   [[nodiscard]] int gates(StateId state) const noexcept { return gates_[state]; }

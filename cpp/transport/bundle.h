@@ -76,6 +76,7 @@ struct FarEnd {
   std::array<Outgoing, Arms::most> light;  // by arm
   std::vector<StateId> states;             // of that light behind y, where edits ask
   std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v
+  bool asks;                               // there are some
 };
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }

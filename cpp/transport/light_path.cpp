@@ -11,6 +11,12 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 }  // namespace
 
+// An event of the path, for those who ask what happened to it.
+inline void LightTracer::note_event(LightPath& path, Event event, int entity) noexcept {
+  if (effects_.words) path.q = states_.next(path.q, scene_.edits().event_class(event, entity));
+  if (witness_) [[unlikely]] path.word = witness_->after(path.word, event, entity);
+}
+
 void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness) {
   key_ = key, draws_ = 0;
   witness_ = witness, is_watched_ = effects_.words || witness;
@@ -95,12 +101,6 @@ bool LightTracer::is_taken(const LightPath& path, double t_end) noexcept {
   if (witness_) witness_->look(path.word, luminance(path.flux), segment, crossing);
   if (crossing) meet_light_edit(path, *crossing);
   return crossing.has_value();
-}
-
-// An event of the path, for those who ask what happened to it.
-void LightTracer::note_event(LightPath& path, Event event, int entity) noexcept {
-  if (effects_.words) path.q = states_.next(path.q, scene_.edits().event_class(event, entity));
-  if (witness_) path.word = witness_->after(path.word, event, entity);
 }
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.

@@ -48,12 +48,12 @@ class LightTracer {
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
-  [[nodiscard]] bool takes_some(StateId q) const noexcept { return effects_.light_edits && !states_.taking(q).empty(); }  // does an entry take light in it?
+  [[nodiscard]] bool takes_some(StateId q) const noexcept { return effects_.light_edits && !states_.takes_none(q); }  // does an entry take light in it?
   [[nodiscard]] bool asks(const LightPath& path) const noexcept { return witness_ || takes_some(path.q); }  // about the segment
   // Apart from the rest, so that paths that nobody watches stay short.
   [[nodiscard, gnu::noinline]] bool can_leave(LightPath& path) noexcept;
   [[nodiscard, gnu::noinline]] bool is_taken(const LightPath& path, double t_end) noexcept;
-  [[gnu::noinline]] void note_event(LightPath& path, Event event, int entity) noexcept;
+  void note_event(LightPath& path, Event event, int entity) noexcept;
   void meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept;
   struct Copy {
     std::optional<Passage> passage;  // empty: too grazing at the exit

@@ -91,6 +91,27 @@ void ViewTracer::find_takers(FarEnd& far) const {
     const EditSet taking = states_.taking_list(state).members;
     for (std::size_t i = 0; i < std::min(taking.size(), far.takers.size()); ++i) far.takers[i] |= taking[i];
   }
+  far.asks = !is_empty(far.takers);
+}
+
+// Would an entry take some of the light, between y and v or between v and the eye?
+inline bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
+  const bool is_constrained = joins_.is_constrained(way.to->joins);
+  return (is_constrained || far.asks) && is_taken(way, far, is_constrained);
+}
+bool ViewTracer::is_taken(const Connection& way, const FarEnd& far, bool is_constrained) {
+  const Seer& seer = *way.to;
+  if (is_constrained) {
+    bool arrives = true;
+    for_each_event(kinds_of(seer.v), [&](Event e) {
+      const int joins = event_at(seer.joins, seer.v, e);
+      for (const StateId state : far.states) arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
+    });
+    if (!arrives) return true;
+  }
+  if (!far.asks) return false;
+  ++counts.edit_queries;
+  return scene_.edits().any_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
 }
 
 void ViewTracer::share_gathers() {
@@ -106,7 +127,7 @@ void ViewTracer::share(Seer& finder) {
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  if (far.is_own || !connect(finder, far, own) || (effects_.light_edits && is_taken(own, far)) || !all_see_alike(finder)) {
+  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !all_see_alike(finder)) {
     for (const Arm& arm : far.arms) receive(finder, arm.light(), arm.weight);
     return;
   }
@@ -122,7 +143,7 @@ void ViewTracer::share(Seer& finder) {
   own.pdf = far.pdf, own.counts = true;
   float density = turn_chance * far.pdf * own.geometry;
   for (Connection& way : others) {
-    way.counts = way.counts && !(effects_.light_edits && is_taken(way, far));
+    way.counts = way.counts && !is_taken(way, far);
     if (way.counts) density += turn_chance * way.pdf * way.geometry;
   }
   for (const Connection& way : std::span(ways).first(count)) {
@@ -142,22 +163,6 @@ void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexc
   scene_.find_clear(std::span(rays).first(ways.size()), clear);
   counts.shadow_rays += ways.size();
   for (std::size_t i = 0; i < ways.size(); ++i) ways[i].counts = clear[i];
-}
-
-// Would an entry take some of the light, between y and v or between v and the eye? Asked only where there are light edits.
-bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
-  const Seer& seer = *way.to;
-  if (joins_.is_constrained(seer.joins)) {
-    bool arrives = true;
-    for_each_event(kinds_of(seer.v), [&](Event e) {
-      const int joins = event_at(seer.joins, seer.v, e);
-      for (const StateId state : far.states) arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
-    });
-    if (!arrives) return true;
-  }
-  if (is_empty(far.takers)) return false;
-  ++counts.edit_queries;
-  return scene_.edits().any_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
 }
 
 // Seen from y, do all that could share it lie within the cone? Asked of all, lit or not, so that it does not matter who found y.

@@ -26,7 +26,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span
   const Edits& edits = scene_.edits();
   Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
   std::optional<Crossing> capture;
-  if (effects_.view_edits && !states_.taking(path.state).empty()) {
+  if (effects_.view_edits && !states_.takes_none(path.state)) {
     ++counts.edit_queries;
     capture = edits.first_taken(states_, path.state, segment);
     if (capture) segment.t_max = capture->t;

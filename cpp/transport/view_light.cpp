@@ -79,7 +79,7 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
     ++counts.states_capped;
     return {};
   }
-  if (!states_.taking(way.q).empty()) {
+  if (!states_.takes_none(way.q)) {
     ++counts.edit_queries;
     if (scene_.edits().any_taken(states_, way.q, {vertex.hit.position, V3d(sample.wi), 0, sample.reach, -1})) return {};
   }
@@ -89,7 +89,7 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
 // Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be seen there.
 bool ViewTracer::is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light) {
   const StateId state = states_.next(path.state, scene_.edits().event_class(Event::S, scene_.entity(vertex.hit)));
-  if (states_.taking(state).empty()) return false;
+  if (states_.takes_none(state)) return false;
   ++counts.edit_queries;
   return scene_.edits().any_taken(states_, state, {vertex.hit.position, V3d(light.wi), 0, light.reach, -1});
 }

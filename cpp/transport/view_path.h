@@ -142,6 +142,7 @@ class ViewTracer {
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
+  [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far, bool is_constrained);
   [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
