@@ -75,8 +75,7 @@ struct FarEnd {
   Arms arms;            // of v
   std::array<Outgoing, Arms::most> light;  // by arm
   std::vector<StateId> states;             // of that light behind y, where edits ask
-  std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v
-  bool asks;                               // there are some
+  std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v; empty: none
 };
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }

@@ -91,17 +91,16 @@ void ViewTracer::find_takers(FarEnd& far) const {
     const EditSet taking = states_.taking_list(state).members;
     for (std::size_t i = 0; i < std::min(taking.size(), far.takers.size()); ++i) far.takers[i] |= taking[i];
   }
-  far.asks = !is_empty(far.takers);
+  if (is_empty(far.takers)) far.takers.clear();
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
 inline bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
-  const bool is_constrained = joins_.is_constrained(way.to->joins);
-  return (is_constrained || far.asks) && is_taken(way, far, is_constrained);
+  return (joins_.is_constrained(way.to->joins) || !far.takers.empty()) && ask_entries(way, far);  // hardly ever: apart, so that it costs no call
 }
-bool ViewTracer::is_taken(const Connection& way, const FarEnd& far, bool is_constrained) {
+bool ViewTracer::ask_entries(const Connection& way, const FarEnd& far) {
   const Seer& seer = *way.to;
-  if (is_constrained) {
+  if (joins_.is_constrained(seer.joins)) {
     bool arrives = true;
     for_each_event(kinds_of(seer.v), [&](Event e) {
       const int joins = event_at(seer.joins, seer.v, e);
@@ -109,7 +108,7 @@ bool ViewTracer::is_taken(const Connection& way, const FarEnd& far, bool is_cons
     });
     if (!arrives) return true;
   }
-  if (!far.asks) return false;
+  if (far.takers.empty()) return false;
   ++counts.edit_queries;
   return scene_.edits().any_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
 }
@@ -140,14 +139,14 @@ void ViewTracer::share(Seer& finder) {
   }
   const std::span others = std::span(ways).subspan(1, count - 1);
   find_clear(others, far);
-  own.pdf = far.pdf, own.counts = true;
-  float density = turn_chance * far.pdf * own.geometry;
-  for (Connection& way : others) {
-    way.counts = way.counts && !is_taken(way, far);
-    if (way.counts) density += turn_chance * way.pdf * way.geometry;
-  }
-  for (const Connection& way : std::span(ways).first(count)) {
-    if (!way.counts) continue;
+  for (Connection& way : others) way.is_open = way.is_open && !is_taken(way, far);
+  own.pdf = far.pdf, own.is_open = true;
+  const std::span all = std::span(ways).first(count);
+  float density = 0;
+  for (const Connection& way : all)
+    if (way.is_open) density += turn_chance * way.pdf * way.geometry;
+  for (const Connection& way : all) {
+    if (!way.is_open) continue;
     for (const Arm& arm : far.arms) receive(*way.to, arm.light(), eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
   }
 }
@@ -162,7 +161,7 @@ void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexc
   }
   scene_.find_clear(std::span(rays).first(ways.size()), clear);
   counts.shadow_rays += ways.size();
-  for (std::size_t i = 0; i < ways.size(); ++i) ways[i].counts = clear[i];
+  for (std::size_t i = 0; i < ways.size(); ++i) ways[i].is_open = clear[i];
 }
 
 // Seen from y, do all that could share it lie within the cone? Asked of all, lit or not, so that it does not matter who found y.

@@ -106,7 +106,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
   if (effects_.view_edits && !can_leave(path)) return false;
   const Edits& edits = scene_.edits();
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
-    if (effects_.words && path.own_entry >= 0) {
+    if (path.own_entry >= 0) {
       edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, edits.takers(Side::Light), crossings_);
       const Went went = cross_plane(path, crossings_);
       if (went == Went::Nowhere) return false;

@@ -131,7 +131,7 @@ class ViewTracer {
     double distance = 0;
     float geometry = 0;  // cos at y / distance²
     float pdf = 0;       // with which `to` would send its segment here (1/sr)
-    bool counts = false;  // nothing lies on it, no entry takes its light
+    bool is_open = false;  // nothing lies on it, no entry takes its light
   };
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
   void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
@@ -142,7 +142,7 @@ class ViewTracer {
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
-  [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far, bool is_constrained);
+  [[nodiscard]] bool ask_entries(const Connection& way, const FarEnd& far);
   [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
