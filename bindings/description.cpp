@@ -148,7 +148,7 @@ LightDescription read_light(Reader& r) {
   r.choice("kind", std::array{"Point", "Spot", "Sun", "Area"}, l.kind);
   r.choice("shape", std::array{"Square", "Rectangle", "Disk", "Ellipse"}, l.shape);
   r.matrix("matrix", l.matrix), r.vector("color", l.color), r.value("power", l.power), r.value("radius", l.radius), r.value("angle", l.angle);
-  r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend);
+  r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend), r.value("spot_cosine", l.spot_cosine);
   r.value("size_x", l.size_x), r.value("size_y", l.size_y), r.value("spread", l.spread);
   r.value("casts_shadow", l.casts_shadow), r.value("visible_to_camera", l.visible_to_camera);
   return l;

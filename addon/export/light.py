@@ -28,6 +28,7 @@ def export_light(item, matrix_world, names, warn):
         description["angle"] = lamp.angle
     elif lamp.type == 'SPOT':
         description["spot_angle"], description["spot_blend"] = lamp.spot_size, lamp.spot_blend
+        description["spot_cosine"] = not _is_newer(lamp)  # Cycles' spots: measured in 3.4 and 4.3
     elif lamp.type == 'AREA':
         description["shape"] = _SHAPES[lamp.shape]
         description["size_x"] = lamp.size
@@ -38,10 +39,14 @@ def export_light(item, matrix_world, names, warn):
     return description
 
 
+def _is_newer(lamp):
+    """Of a Blender whose Cycles measures lamps in the newer way, told apart by a property of lamps that came with 4.2."""
+    return hasattr(lamp, "shadow_filter_radius")
+
+
 def _newer_area(lamp):
-    """Cycles' area lamps: radiance power / (4 area) in Blender 3, as the core has it; power / (pi area) since (measured in 4.3, 5.2).
-    Told apart by a property of lamps that came with Blender 4.2."""
-    return 4 / math.pi if lamp.type == 'AREA' and hasattr(lamp, "shadow_filter_radius") else 1.0
+    """Cycles' area lamps: radiance power / (4 area) in Blender 3, as the core has it; power / (pi area) since (measured in 4.3, 5.2)."""
+    return 4 / math.pi if lamp.type == 'AREA' and _is_newer(lamp) else 1.0
 
 
 def _color(lamp):

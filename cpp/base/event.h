@@ -17,4 +17,7 @@ inline constexpr EventMask followed = mask_of(Event::S);                       /
 inline constexpr EventMask any_lobe = gathering | followed;
 inline constexpr EventMask any_event = (1u << event_count) - 1;
 
+// Events with equal signature (the set of symbols of a scene's expressions that match them) share a class.
+using EventClass = std::uint16_t;
+
 }  // namespace sluice

@@ -23,8 +23,8 @@ class AlphabetBuilder {
         for (const Symbol& symbol : atom.symbols)
           for (const std::string& name : symbol.names) mentioned_.emplace(name, static_cast<int>(mentioned_.size()));
     name_class({});  // class 0: nothing that a rule mentions
-    out_.alphabet.name_class_.push_back(0);
-    for (const Entity& entity : entities) out_.alphabet.name_class_.push_back(name_class(mentioned(entity)));
+    name_class_of_.push_back(0);  // of a thing without a name
+    for (const Entity& entity : entities) name_class_of_.push_back(name_class(mentioned(entity)));
     for (const Entity& gate : gates) gates_.push_back(mentioned(gate));
   }
 
@@ -120,8 +120,9 @@ class AlphabetBuilder {
 
     Alphabet& alphabet = out_.alphabet;
     alphabet.size_ = static_cast<int>(count);
-    const std::size_t named = name_list_.size() * event_count;
-    for (std::size_t event = 0; event < classes.size(); ++event) (event < named ? alphabet.classes_ : alphabet.gates_).push_back(static_cast<EventClass>(classes[event]));
+    for (const std::uint32_t names : name_class_of_)
+      for (std::size_t kind = 0; kind < event_count; ++kind) alphabet.classes_.push_back(static_cast<EventClass>(classes[names * event_count + kind]));
+    for (std::size_t event = name_list_.size() * event_count; event < classes.size(); ++event) alphabet.gates_.push_back(static_cast<EventClass>(classes[event]));
     for (const Bits& meaning : meanings_) {
       Bits& matcher = out_.matchers.emplace_back((count + 63) / 64);
       for_each_bit(meaning, [&](std::size_t event) { set_bit(matcher, classes[event]); });
@@ -132,6 +133,7 @@ class AlphabetBuilder {
   const CancelPoint& cancel_;
   std::unordered_map<std::string, int> mentioned_;
   std::map<Names, std::uint32_t> name_classes_;
+  std::vector<std::uint32_t> name_class_of_;  // [entity + 1]
   std::vector<Names> name_list_, gates_;
   std::vector<Bits> meanings_;
   ClassedRules out_;

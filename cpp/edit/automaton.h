@@ -20,9 +20,6 @@ struct Entity {
   EventMask events = any_event;  // what can happen there at all
 };
 
-// Events with equal signature (the set of symbols that match them) share a class.
-using EventClass = std::uint16_t;
-
 inline constexpr int max_dfa_states = 4096;
 
 // Event classes of a scene.
@@ -30,7 +27,7 @@ class Alphabet {
  public:
   // L, E, D, S or G at entities[entity]; -1: a thing without a name.
   [[nodiscard]] EventClass event(Event kind, int entity) const noexcept {
-    return classes_[static_cast<std::size_t>(name_class_[static_cast<std::size_t>(entity + 1)]) * event_count + static_cast<std::size_t>(kind)];
+    return classes_[static_cast<std::size_t>(entity + 1) * event_count + static_cast<std::size_t>(kind)];
   }
   // F: through a gate of edit `edit`.
   [[nodiscard]] EventClass gate(int edit) const noexcept { return gates_[static_cast<std::size_t>(edit)]; }
@@ -38,9 +35,8 @@ class Alphabet {
 
  private:
   friend class AlphabetBuilder;
-  std::vector<std::uint32_t> name_class_;  // [entity + 1]
-  std::vector<EventClass> classes_;        // [name class][kind]
-  std::vector<EventClass> gates_;          // [edit]
+  std::vector<EventClass> classes_;  // [entity + 1][kind]
+  std::vector<EventClass> gates_;    // [edit]
   int size_ = 0;
 };
 

@@ -255,8 +255,7 @@ class EditsBuilder {
       const auto add = [&](int exit) {
         const QuadId id{i, exit};
         const Quad& q = edits_.quad(i, exit);
-        if (exit < 0) edits_.entries_[side].add(q, id);
-        edits_.quads_[side].add(q, id);
+        (exit < 0 ? edits_.entries_ : edits_.exits_)[side].add(q, id);
         edits_.groups_[static_cast<std::size_t>(q.group)].push_back(id);
       };
       add(QuadId::entry);
@@ -264,7 +263,7 @@ class EditsBuilder {
     }
     for (std::size_t side = 0; side < 2; ++side) {
       edits_.entries_[side].build();
-      edits_.quads_[side].build();
+      edits_.exits_[side].build();
     }
     for (auto& group : edits_.groups_)
       std::sort(group.begin(), group.end(), [&](const QuadId& a, const QuadId& b) {

@@ -28,9 +28,7 @@ float soft_border(double x, float width) noexcept {
   return static_cast<float>(s * s * (3 - 2 * s));
 }
 
-void collect(const QuadSet& quads, const Segment& segment, EditSet members, std::vector<Crossing>& out) {
-  out.clear();
-  quads.all(segment, members, out);
+void sort_along(std::vector<Crossing>& out) {
   std::sort(out.begin(), out.end(), [](const Crossing& a, const Crossing& b) {
     return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) < std::tuple(b.t, b.group, b.exit >= 0, b.order, b.edit, b.exit);
   });
@@ -79,11 +77,16 @@ std::optional<Crossing> Edits::first_taken_at_exit(const StateTable& table, Stat
 }
 
 void Edits::crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
-  collect(quads_[index(side)], segment, members, out);
+  out.clear();
+  entries_[index(side)].all(segment, members, out);
+  exits_[index(side)].all(segment, members, out);
+  sort_along(out);
 }
 
 void Edits::entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
-  collect(entries_[index(side)], segment, members, out);
+  out.clear();
+  entries_[index(side)].all(segment, members, out);
+  sort_along(out);
 }
 
 void Edits::crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const {

@@ -109,7 +109,9 @@ class Edits {
   void crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
   // Entries alone, where no gate can be met backward.
   void entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
-  [[nodiscard]] bool any_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return entries_[index(side)].any(segment, members); }
+  [[nodiscard]] bool any_entry_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return entries_[index(side)].any(segment, members); }
+  [[nodiscard]] bool has_exits(Side side) const noexcept { return !exits_[index(side)].empty(); }
+  [[nodiscard]] bool any_exit_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return exits_[index(side)].any(segment, members); }
   // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
   void crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const;
 
@@ -137,7 +139,7 @@ class Edits {
   Reach reach_[2];  // [side]
   std::vector<Image> images_;
   std::vector<std::vector<QuadId>> groups_;  // [plane group]: entries by order, then exits by order
-  QuadSet entries_[2], quads_[2];            // [side]: entries; entries and exits
+  QuadSet entries_[2], exits_[2];            // [side]
 };
 
 // Layers share the edits' alphabet and are read along with them. Throws ExpressionError; degenerate quads and unknown names become warnings.

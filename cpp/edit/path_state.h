@@ -46,7 +46,7 @@ class StateTable {
   explicit StateTable(const Edits& edits, const StateLimits& limits = {});  // keeps a pointer to `edits`. Copies are independent
 
   // The state after one more event. Light states are fed in the order of light, view states backward from E.
-  [[nodiscard]] StateId next(StateId state, EventClass event) noexcept {
+  [[nodiscard, gnu::always_inline]] StateId next(StateId state, EventClass event) noexcept {
     const StateId known = next_[static_cast<std::size_t>(state) * classes_ + event];
     return known != unknown ? known : find_next(state, event);
   }

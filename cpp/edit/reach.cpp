@@ -23,6 +23,7 @@ Reach::Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int
     }
   }
   for (std::size_t i = 0; i < bits_.size(); ++i) any_[i % words_] |= bits_[i];
+  for (std::size_t event = 0; event < occurs.size(); ++event) size_.push_back(is_empty({bits_.data() + event * words_, words_}) ? 0 : words_);
 }
 
 }  // namespace sluice

@@ -18,13 +18,14 @@ class Reach {
   // `occurs`: per event class, can the scene make it?
   Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits, const CancelPoint& cancel = {});
 
-  // Edits that may take a path whose last event is of this class; by any last event.
-  [[nodiscard]] EditSet after(EventClass last) const noexcept { return {bits_.data() + static_cast<std::size_t>(last) * words_, words_}; }
+  // Edits that may take a path whose last event is of this class (none: a span of size 0); by any last event.
+  [[nodiscard]] EditSet after(EventClass last) const noexcept { return {bits_.data() + static_cast<std::size_t>(last) * words_, size_[last]}; }
   [[nodiscard]] EditSet any() const noexcept { return {any_.data(), any_.size()}; }
 
  private:
   std::size_t words_ = 0;
   std::vector<std::uint64_t> bits_, any_;  // [class][word]
+  std::vector<std::size_t> size_;          // [class] -> words_, or 0 where no bit is set
 };
 
 }  // namespace sluice

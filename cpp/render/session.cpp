@@ -198,6 +198,7 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
   statistics_.triangles = scene.triangle_count();
   statistics_.threads = settings_.threads;
   for (int e = 0; e < scene.edits().size(); ++e) statistics_.edit_names.push_back(scene.edits()[e].name);
+  statistics_.counts.edits.resize(statistics_.edit_names.size());
   progress_.state = State::Rendering;
   begin_ = Clock::now();
 }

@@ -98,6 +98,13 @@ std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, co
   Box box = box_of(parts->geometry_bounds);
   if (!box.isEmpty()) box = Box(box.min + centre, box.max + centre);
   shot->edits = compile_edits(description.edits, parts->entities, parts->description.images, {centre, box}, description.max_gates, warnings, description.layers, cancel);
+  for (const Instance& instance : parts->instances) {
+    auto& [classes, may_be_taken] = shot->events_at.emplace_back();
+    for (std::size_t kind = 0; kind < event_count; ++kind)
+      classes[kind] = shot->edits.event_class(static_cast<Event>(kind), instance.entity);
+    for (const Event e : {Event::L, Event::D, Event::S, Event::G})
+      may_be_taken = may_be_taken || !shot->edits.takers_after(Side::Light, classes[static_cast<std::size_t>(e)]).empty();
+  }
   shot->frame = description.frame;
   shot->camera = Camera(description.camera, description.frame, centre);
   shot->pixel_filter = PixelFilter(description.frame);

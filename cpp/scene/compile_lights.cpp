@@ -12,11 +12,11 @@ namespace {
 V3d row(const M44d& m, int i) noexcept { return {m[i][0], m[i][1], m[i][2]}; }
 
 // Flux of a spot / (power / 4 pi): the integral of its factor over directions, by Simpson's rule.
-double spot_integral(double cos_half, double blend) {
-  const double low = std::max(cos_half, 0.0), band = (1 - cos_half) * blend;
+double spot_integral(double cos_half, double blend, bool times_cosine) {
+  const double low = times_cosine ? std::max(cos_half, 0.0) : cos_half, band = (1 - cos_half) * blend;
   const auto factor = [&](double c) {
     const double x = band > 0 ? std::clamp((c - cos_half) / band, 0.0, 1.0) : 1.0;
-    return c * x * x * (3 - 2 * x);
+    return (times_cosine ? c : 1) * x * x * (3 - 2 * x);
   };
   constexpr int steps = 4096;
   double sum = factor(low) + factor(1.0);
@@ -36,7 +36,8 @@ Light make_sphere(const LightDescription& d, const Scene::Parts& parts) {
     lamp.axis = V3f(-row(d.matrix, 2).normalized());
     lamp.cos_half = std::cos(std::clamp(d.spot_angle, 1e-3f, 2 * pi) / 2);
     lamp.blend = std::clamp(d.spot_blend, 0.0f, 1.0f);
-    part = static_cast<float>(spot_integral(lamp.cos_half, lamp.blend)) / (4 * pi);
+    lamp.times_cosine = d.spot_cosine;
+    part = static_cast<float>(spot_integral(lamp.cos_half, lamp.blend, lamp.times_cosine)) / (4 * pi);
   }
   Light light;
   light.power = mean(watts) * part;

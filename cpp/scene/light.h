@@ -24,6 +24,7 @@ struct SphereLamp {
   bool spot = false;
   V3f axis{0, 0, -1};  // the spot looks along it
   float cos_half = -1, blend = 0;
+  bool times_cosine = true;
 };
 // A disc of light at infinity, or one direction when tan_half is 0. As in Cycles 3.4 the disc lies in the plane that touches the unit
 // sphere, of radius tan_half = tan(angle / 2), uniform per area: radiance = irradiance / (pi tan_half² cos³) towards the sun.

@@ -24,17 +24,20 @@ float cap_of(const SphereLamp& lamp) noexcept {
   return 1 + std::sqrt(1 - lamp.cos_half * lamp.cos_half);  // 1 - cos(90° + half)
 }
 
+// 1 - cos of the half angle of the cone that a spot sends light into.
+float cone_of_spot(const SphereLamp& lamp) noexcept { return 1 - (lamp.times_cosine ? std::max(lamp.cos_half, 0.0f) : lamp.cos_half); }
+
 }  // namespace
 
-// Cycles 3.4: cosine to the axis × smoothstep over the part `blend` of 1 - cos(half angle) next to the edge.
+// Cycles: smoothstep over the part `blend` of 1 - cos(half angle) next to the edge; in Blender 3 times the cosine to the axis.
 float spot_factor(const SphereLamp& lamp, const V3f& direction) noexcept {
   if (!lamp.spot) return 1;
   const float cosine = direction.dot(lamp.axis), inside = cosine - lamp.cos_half;
-  if (!(inside > 0 && cosine > 0)) return 0;
-  const float band = (1 - lamp.cos_half) * lamp.blend;
-  if (inside >= band) return cosine;
+  if (!(inside > 0 && (cosine > 0 || !lamp.times_cosine))) return 0;
+  const float band = (1 - lamp.cos_half) * lamp.blend, most = lamp.times_cosine ? cosine : 1;
+  if (inside >= band) return most;
   const float x = inside / band;
-  return cosine * x * x * (3 - 2 * x);
+  return most * x * x * (3 - 2 * x);
 }
 
 std::optional<LampCrossing> crossing(const SphereLamp& lamp, const V3d& origin, const V3f& direction) noexcept {
@@ -77,7 +80,7 @@ std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp& lam
 std::optional<EmissionDirection> sample_direction(const Parts& parts, const SphereLamp& lamp, const EmissionPoint& point, float, const V2f& u) noexcept {
   V3f direction;
   if (lamp.spot)
-    direction = Frame(lamp.axis).to_world(sample_cone(u, std::min(1.0f, 1 - lamp.cos_half)));
+    direction = Frame(lamp.axis).to_world(sample_cone(u, cone_of_spot(lamp)));
   else if (lamp.radius == 0)
     direction = sample_sphere(u);
   else
@@ -90,7 +93,7 @@ std::optional<EmissionDirection> sample_direction(const Parts& parts, const Sphe
 
 float pdf_direction(const Parts&, const SphereLamp& lamp, const EmissionPoint& point, const V3f& direction) noexcept {
   if (lamp.spot) {
-    const float cone = std::min(1.0f, 1 - lamp.cos_half);
+    const float cone = cone_of_spot(lamp);
     return direction.dot(lamp.axis) >= 1 - cone ? cone_pdf(cone) : 0;
   }
   if (lamp.radius == 0) return 1 / (4 * pi);

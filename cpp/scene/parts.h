@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a compiled scene consists of. Private to this folder: compile*.cpp fill it, scene.cpp, surface.cpp and the lights read it.
 #pragma once
+#include <array>
+
 #include "base/cancel.h"
 #include "edit/gates.h"
 #include "scene/embree.h"
@@ -67,6 +69,11 @@ struct Scene::Shot {
   Camera camera;
   PixelFilter pixel_filter;
   Edits edits;
+  struct EventsAt {
+    std::array<EventClass, event_count> classes;  // [kind]
+    bool may_be_taken;  // light, after one of them
+  };
+  std::vector<EventsAt> events_at;  // [instance]
   Bounds bounds;  // surfaces and quads
 };
 

@@ -125,6 +125,8 @@ std::span<const int> Scene::infinite_lights() const noexcept { return parts_->in
 
 const std::vector<Entity>& Scene::entities() const noexcept { return parts_->entities; }
 int Scene::entity(const Hit& hit) const noexcept { return parts_->instances[hit.instance].entity; }
+EventClass Scene::event_class(Event kind, const Hit& hit) const noexcept { return shot_->events_at[hit.instance].classes[static_cast<std::size_t>(kind)]; }
+bool Scene::may_be_taken_from(const Hit& hit) const noexcept { return shot_->events_at[hit.instance].may_be_taken; }
 int Scene::light_entity(int light) const noexcept { return parts_->lights[static_cast<std::size_t>(light)].entity; }
 const Edits& Scene::edits() const noexcept { return shot_->edits; }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/event.h"
 #include "scene/camera.h"
 #include "scene/description.h"
 #include "scene/light.h"
@@ -60,6 +61,8 @@ class Scene {
   // The alphabet of the expressions: objects, lights, the world. Edits' entries are gates, which Edits::gate_class knows.
   [[nodiscard]] const std::vector<Entity>& entities() const noexcept;
   [[nodiscard]] int entity(const Hit& hit) const noexcept;
+  [[nodiscard]] EventClass event_class(Event kind, const Hit& hit) const noexcept;  // D, S, G or L there
+  [[nodiscard]] bool may_be_taken_from(const Hit& hit) const noexcept;  // light whose last event is one of these, by a light edit
   [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
   [[nodiscard]] const Edits& edits() const noexcept;
 

@@ -74,7 +74,8 @@ struct FarEnd {
   float cone;           // least cosine between two directions from y that see the same light; -1: all do
   Arms arms;            // of v
   std::array<Outgoing, Arms::most> light;  // by arm
-  std::vector<StateId> states;             // of that light behind y, where edits ask
+  EventMask kinds;                         // of y's lobes
+  std::vector<StateId> arrived, states;    // of that light, at y and behind it, where edits ask
   std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v; empty: none
 };
 

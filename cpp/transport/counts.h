@@ -46,7 +46,7 @@ struct EditCounts {
 
 struct Counts {
   Ledger ledger;
-  std::vector<EditCounts> edits;
+  std::vector<EditCounts> edits;  // up to the last that had something to count
   std::uint64_t rays = 0, shadow_rays = 0, photon_paths = 0, photons_stored = 0, view_paths = 0, gathers = 0, photons_gathered = 0;
   std::uint64_t edit_queries = 0;  // segments that asked the edits
   // dropped or capped, never silently
@@ -54,6 +54,16 @@ struct Counts {
   std::uint64_t alpha_capped = 0;   // behind more transparent surfaces than are followed
   std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/path_state.h)
 
+  // From zero; edits that count nothing cost nothing.
+  void start(int edit_count) {
+    *this = {};
+    edits.reserve(static_cast<std::size_t>(edit_count));
+  }
+  [[nodiscard]] EditCounts& of_edit(int edit) noexcept {
+    const auto e = static_cast<std::size_t>(edit);
+    if (e >= edits.size()) edits.resize(e + 1);
+    return edits[e];
+  }
   void operator+=(const Counts& o) {
     ledger += o.ledger;
     if (edits.size() < o.edits.size()) edits.resize(o.edits.size());
@@ -72,7 +82,7 @@ class BranchClock {
     if (edit_ >= 0) begin_ = Clock::now();
   }
   ~BranchClock() {
-    if (edit_ >= 0) counts_.edits[static_cast<std::size_t>(edit_)].seconds += std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (edit_ >= 0) counts_.of_edit(edit_).seconds += std::chrono::duration<double>(Clock::now() - begin_).count();
   }
   BranchClock(const BranchClock&) = delete;
   BranchClock& operator=(const BranchClock&) = delete;

@@ -11,23 +11,14 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 }  // namespace
 
-// An event of the path, for those who ask what happened to it.
-inline void LightTracer::note_event(LightPath& path, Event event, int entity) noexcept {
-  if (effects_.words) path.q = states_.next(path.q, scene_.edits().event_class(event, entity));
-  if (witness_) [[unlikely]] path.word = witness_->after(path.word, event, entity);
-}
-
 void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness) {
   key_ = key, draws_ = 0;
   witness_ = witness, is_watched_ = effects_.words || witness;
   light_ = photon.light, emitter_ = photon.emitter;
-  counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
   LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
-  if (is_watched_) {
-    if (effects_.words) start.q = StateTable::light_start;
-    note_event(start, Event::L, scene_.light_entity(photon.light));
-  }
+  if (effects_.words) start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light_)));
+  if (witness_) start.word = witness_->after(start.word, Event::L, scene_.light_entity(light_));
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
   branches_[0] = start;
@@ -36,6 +27,7 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   while (branch_count_ > 0) {
     LightPath path = branches_[--branch_count_];
     const BranchClock clock(counts, path.at_edit);
+    if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]] continue;
     while (next_vertex(path, vertex)) {
       store(path, vertex, out);
       if (!scatter(path, vertex, sampler)) break;
@@ -45,11 +37,11 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
 
 // Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in branches_.
 bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
-  if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]] return false;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
     ++counts.rays;
-    if (is_watched_ && asks(path) && is_taken(path, hit ? hit->t : std::numeric_limits<double>::infinity())) [[unlikely]] return false;
+    if (is_watched_ && asks(path)) [[unlikely]]
+      if (is_taken(path, hit ? hit->t : std::numeric_limits<double>::infinity())) return false;
     if (!hit) {
       counts.ledger.escaped += luminance(path.flux);
       return false;
@@ -75,13 +67,17 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   return false;
 }
 
-// No state left for it, or an entry in the plane of the exit where it starts takes it: then it does not.
+// No memory left for what must be remembered of it.
+bool LightTracer::is_lost(const LightPath& path) noexcept {
+  if (path.q != StateTable::dead || !effects_.light_edits) return false;
+  counts.ledger.capped += luminance(path.flux);
+  ++counts.states_capped;
+  return true;
+}
+
+// Where a branch starts: an entry in the plane of its exit may take it.
 bool LightTracer::can_leave(LightPath& path) noexcept {
-  if (path.q == StateTable::dead && effects_.light_edits) {
-    counts.ledger.capped += luminance(path.flux);
-    ++counts.states_capped;
-    return false;
-  }
+  if (is_lost(path)) return false;
   if (path.at_edit < 0) return true;
   const auto crossing = scene_.edits().first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
   if (witness_) witness_->look_at_exit(path, crossing);
@@ -94,7 +90,7 @@ bool LightTracer::can_leave(LightPath& path) noexcept {
 bool LightTracer::is_taken(const LightPath& path, double t_end) noexcept {
   const Segment segment{path.origin, V3d(path.direction), path.t_min, t_end, path.excluded_group};
   std::optional<Crossing> crossing;
-  if (takes_some(path.q)) {
+  if (!states_.takes_none(path.q)) {
     ++counts.edit_queries;
     crossing = scene_.edits().first_taken(states_, path.q, segment);
   }
@@ -105,7 +101,7 @@ bool LightTracer::is_taken(const LightPath& path, double t_end) noexcept {
 
 // The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
 void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept {
-  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.of_edit(crossing.edit);
   const double energy = luminance(path.flux);
   ++count.matched;
   count.energy_in += energy;
@@ -153,7 +149,7 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
   copy.excluded_group = passage->group;
   copy.at_edit = crossing.edit, copy.at_exit = exit;
   ++branch_count_;
-  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.of_edit(crossing.edit);
   ++count.moved;
   count.energy_out += energy;
   return energy;
@@ -167,6 +163,12 @@ bool LightTracer::is_read(const LightPath& path, const Vertex& vertex) const noe
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 
+// For the first photon in that state.
+std::uint32_t LightTracer::number_of(StateId q) {
+  if (q >= number_of_.size()) number_of_.resize(states_.size(), PhotonStates::none);
+  return number_of_[q] = numbers_->number(states_.content(q));
+}
+
 void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
   if (!is_read(path, vertex)) return;
   const Arrival arrival = arrival_of(path.last);
@@ -175,7 +177,14 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.wi = pack_direction(-path.direction);
   photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
-  photon.set_q(path.q);
+  if (numbers_) {
+    std::uint32_t q = path.q < number_of_.size() ? number_of_[path.q] : PhotonStates::none;
+    if (q == PhotonStates::none) [[unlikely]] {
+      q = number_of(path.q);
+      if (q == PhotonStates::none) return void(++counts.states_capped);
+    }
+    photon.q = q;
+  }
   photon.arrival = arrival;
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));
   out.push_back(photon);
@@ -228,12 +237,16 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   if (clamped < factor) ++counts.adjoint_clamped;
   if (is_black(path.flux)) return false;
 
+  path.last = sample->event;
+  ++path.depth;
+  if (is_watched_) {
+    path.q = states_.next(path.q, scene_.event_class(path.last, vertex.hit));
+    if (witness_) [[unlikely]] path.word = witness_->after(path.word, path.last, scene_.entity(vertex.hit));
+    if (path.q == StateTable::dead && is_lost(path)) [[unlikely]] return false;
+  }
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;
   path.direction = sample->wi;
   path.excluded_group = -1;
-  path.last = sample->event;
-  if (is_watched_) note_event(path, sample->event, scene_.entity(vertex.hit));
-  ++path.depth;
   return true;
 }
 

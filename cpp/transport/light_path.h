@@ -11,6 +11,7 @@
 #include "transport/effects.h"
 #include "transport/emission.h"
 #include "transport/photon.h"
+#include "transport/photon_states.h"
 #include "transport/counts.h"
 #include "transport/vertex.h"
 
@@ -36,24 +37,23 @@ struct LightPath {
 // What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list of the caller's.
 class LightTracer {
  public:
-  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {}
+  // Photons get their q from `numbers`; null: nobody asks for it.
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, PhotonStates* numbers = nullptr)
+      : scene_(scene), settings_(settings), effects_(effects), numbers_(numbers), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {}
 
   // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
   void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness = nullptr);
 
-  [[nodiscard]] StateTable& states() noexcept { return states_; }
   Counts counts;
   LightTrust trust_at_y;  // of the guide
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
-  [[nodiscard]] bool takes_some(StateId q) const noexcept { return effects_.light_edits && !states_.takes_none(q); }  // does an entry take light in it?
-  [[nodiscard]] bool asks(const LightPath& path) const noexcept { return witness_ || takes_some(path.q); }  // about the segment
+  [[nodiscard]] bool asks(const LightPath& path) const noexcept { return witness_ || !states_.takes_none(path.q); }  // about the segment
   // Apart from the rest, so that paths that nobody watches stay short.
+  [[nodiscard, gnu::noinline]] bool is_lost(const LightPath& path) noexcept;
   [[nodiscard, gnu::noinline]] bool can_leave(LightPath& path) noexcept;
   [[nodiscard, gnu::noinline]] bool is_taken(const LightPath& path, double t_end) noexcept;
-  void note_event(LightPath& path, Event event, int entity) noexcept;
   void meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept;
   struct Copy {
     std::optional<Passage> passage;  // empty: too grazing at the exit
@@ -63,6 +63,7 @@ class LightTracer {
   [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept;
   double push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
   [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
+  [[nodiscard]] std::uint32_t number_of(StateId q);
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
@@ -70,6 +71,8 @@ class LightTracer {
   const Scene& scene_;
   const TransportSettings& settings_;
   const Effects& effects_;
+  PhotonStates* numbers_;
+  std::vector<std::uint32_t> number_of_;  // [state] -> in numbers_, so far
   StateTable states_;
   Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   bool is_watched_ = false;     // someone asks what happens to the paths

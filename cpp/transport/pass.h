@@ -9,6 +9,7 @@
 #include "transport/effects.h"
 #include "transport/guide.h"
 #include "transport/photon_map.h"
+#include "transport/photon_states.h"
 #include "transport/settings.h"
 
 namespace sluice {
@@ -34,11 +35,11 @@ enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Ligh
   return std::clamp(static_cast<float>(0.1 * length * spread), guide.least_radius, guide.most_radius);
 }
 
-// The photons of a pass, sorted; states of the expressions by their content, the same numbers whatever thread met them first.
+// The photons of a pass, sorted.
 struct PhotonSet {
   PhotonMap all;    // every stored photon: what a gather segment's end reads
   PhotonMap close;  // caustics and edited light: what the view path's own vertex reads, with a smaller radius
-  std::vector<std::vector<std::uint32_t>> states;  // q -> content
+  const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };
 
 // All that a pass reads; immutable while it runs.

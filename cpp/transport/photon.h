@@ -51,19 +51,16 @@ inline constexpr int arrival_count = 4;
 }
 
 struct Photon {
+  static constexpr int q_bits = 24;
+
   V3f position{0};
   std::uint32_t wi = 0;      // towards where the light came from
   std::uint32_t normal = 0;  // of shading, on the side the light arrived at
   std::uint16_t mantissa[3] = {};  // flux (W) = mantissa · 2^(exponent - 144)
   std::uint8_t exponent = 18;
-  std::uint8_t state[3] = {};      // q of the path so far, an index into the pass's table of states
-  Arrival arrival = Arrival::Direct;
-  std::uint8_t depth = 0;          // D, S, G events so far
-
-  [[nodiscard]] std::uint32_t q() const noexcept { return state[0] | (state[1] << 8) | (static_cast<std::uint32_t>(state[2]) << 16); }
-  void set_q(std::uint32_t q) noexcept {
-    for (int i = 0; i < 3; ++i) state[i] = static_cast<std::uint8_t>(q >> (8 * i));
-  }
+  std::uint8_t depth = 0;         // D, S, G events so far
+  std::uint32_t q : q_bits = 0;   // state of the path so far, a number of PhotonStates
+  Arrival arrival : 8 = Arrival::Direct;
 
   // Rounds to 16 bits of the largest channel; flux beyond 2^127 is clamped (the caller bounds it), below 2^-127 becomes 0.
   void set_flux(const Color& flux) noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The first half of a pass: light paths are traced in chunks of fixed size, their photons sorted into maps. The result does not
-// depend on the number of threads: chunks are put together in index order, states renumbered by content.
+// depend on the number of threads: chunks are put together in index order.
 #pragma once
 #include <atomic>
 
@@ -18,11 +18,9 @@ class PhotonPass {
   [[nodiscard]] bool run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel, PhotonSet& photons, Counts& counts);
 
  private:
-  void number_states(PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel);
-
+  PhotonStates states_;
   std::vector<LightTracer> tracers_;  // per thread
   std::vector<std::vector<Photon>> chunks_;
-  std::vector<int> chunk_thread_;     // who traced it: whose numbers its states have
   std::vector<Counts> chunk_counts_;
 };
 

@@ -205,14 +205,14 @@ class Pilot {
 
   [[nodiscard]] bool moves_light(Guide aim, int edit, LightTracer& tracer) const {
     aim.targets[0] = sphere_around(scene_.edits()[edit].entry);
-    tracer.counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
-    const std::uint64_t before = tracer.counts.edits[static_cast<std::size_t>(edit)].moved;
+    tracer.counts.start(scene_.edits().size());
+    const std::uint64_t before = tracer.counts.of_edit(edit).moved;
     std::vector<Photon> photons;
     for (int path = 0; path < paths_per_entry && !cancel_; ++path) {
       const Sampler sampler(key_of(settings_.seed, PilotPurpose::Entries), static_cast<std::uint32_t>(path));
       photons.clear();
       if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
-      if (tracer.counts.edits[static_cast<std::size_t>(edit)].moved > before) return true;
+      if (tracer.counts.of_edit(edit).moved > before) return true;
     }
     return false;
   }

@@ -73,25 +73,29 @@ void ViewTracer::keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, co
     far.light[i].taken.clear();
     arm.far = &far, arm.index = i++;
   }
-  far.states.clear();
+  far.kinds = kinds_of(y);
+  far.arrived.clear();
 }
 
-// Light in state q arrives at y, and leaves it by any of its lobes.
-void ViewTracer::note_state(StateId q, const Vertex& y, FarEnd& far) {
-  if (!effects_.light_edits) return;
-  for_each_event(kinds_of(y), [&](Event e) {
-    const StateId behind = states_.next(q, scene_.edits().event_class(e, scene_.entity(y.hit)));
-    if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
-  });
+// Light in state q arrives at y.
+void ViewTracer::note_state(StateId q, FarEnd& far) {
+  if (effects_.light_edits && std::ranges::find(far.arrived, q) == far.arrived.end()) far.arrived.push_back(q);
 }
 
-void ViewTracer::find_takers(FarEnd& far) const {
-  far.takers.assign(far.states.empty() ? 0 : scene_.edits().takers(Side::Light).size(), 0);
+// It leaves y by any of its lobes.
+void ViewTracer::find_takers(FarEnd& far) {
+  far.states.clear(), far.takers.clear();
+  for (const StateId q : far.arrived)
+    for_each_event(far.kinds, [&](Event e) {
+      const StateId behind = states_.next(q, scene_.event_class(e, far.hit));
+      if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
+    });
   for (const StateId state : far.states) {
     const EditSet taking = states_.taking_list(state).members;
-    for (std::size_t i = 0; i < std::min(taking.size(), far.takers.size()); ++i) far.takers[i] |= taking[i];
+    if (states_.takes_none(state)) continue;
+    far.takers.resize(taking.size());
+    for (std::size_t i = 0; i < taking.size(); ++i) far.takers[i] |= taking[i];
   }
-  if (is_empty(far.takers)) far.takers.clear();
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
@@ -110,7 +114,7 @@ bool ViewTracer::ask_entries(const Connection& way, const FarEnd& far) {
   }
   if (far.takers.empty()) return false;
   ++counts.edit_queries;
-  return scene_.edits().any_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
+  return scene_.edits().any_entry_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
 }
 
 void ViewTracer::share_gathers() {
@@ -182,7 +186,7 @@ void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& f
   BundleMember& member = members_[seer.sample];
   member.sample.parts[static_cast<std::size_t>(Part::Indirect)] += radiance;
   for (std::size_t l = 0; l < member.layers.size(); ++l) member.layers[l] += light.layers[l] * whole;
-  for (const auto& [edit, part] : light.taken) counts.edits[edit].shown += luminance(part * whole) * bundle_[seer.sample].share;
+  for (const auto& [edit, part] : light.taken) counts.of_edit(static_cast<int>(edit)).shown += luminance(part * whole) * bundle_[seer.sample].share;
 }
 
 }  // namespace sluice

@@ -21,8 +21,23 @@ bool ViewTracer::can_leave(ViewPath& path) {
   return !crossing;
 }
 
+// Is there a gate of light edits on the segment? An entry alone is one only for light that starts at the segment's far end (null:
+// nothing there) or at a lamp; behind an exit any may be.
+bool ViewTracer::meets_light_gate(const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
+  const Edits& edits = scene_.edits();
+  const bool has_exits = edits.has_exits(Side::Light);
+  if (has_exits) {
+    ++counts.edit_queries;
+    if (edits.any_exit_crossed(Side::Light, segment, edits.takers(Side::Light))) return true;
+  }
+  const EditSet takers = takers_from(far, any_lobe, lamps);
+  if (is_empty(takers)) return false;
+  counts.edit_queries += !has_exits;
+  return edits.any_entry_crossed(Side::Light, segment, takers);
+}
+
 // The gates on a segment in the order of the ray, and the lamps between them.
-ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps) {
+ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, const Vertex* far, std::span<LampHit> lamps) {
   const Edits& edits = scene_.edits();
   Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
   std::optional<Crossing> capture;
@@ -38,8 +53,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, std::span
         lamp.t = std::numeric_limits<double>::infinity();  // done
       }
   };
-  if (effects_.light_edits) {
-    ++counts.edit_queries;
+  if (effects_.light_edits && (capture || meets_light_gate(segment, far, lamps))) {
     edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;
@@ -130,7 +144,7 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
 
 // A view edit takes the path: every exit shows its place (paper §4.3), so copies add.
 void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) {
-  EditCounts& count = counts.edits[static_cast<std::size_t>(crossing.edit)];
+  EditCounts& count = counts.of_edit(crossing.edit);
   ++count.matched;
   if (path.gates >= scene_.edits().max_gates()) {
     ++count.capped, ++counts.gates_capped;
@@ -154,7 +168,7 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
   apply_gate(copy, *passage, weight);
   if (is_black(copy.weight)) return;
   ++branch_count_;
-  ++counts.edits[static_cast<std::size_t>(crossing.edit)].moved;
+  ++counts.of_edit(crossing.edit).moved;
 }
 
 void ViewTracer::apply_gate(ViewPath& path, const Passage& passage, float weight) {

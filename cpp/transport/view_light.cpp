@@ -52,7 +52,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
       if (at.event == Event::S) at.radiance = Color(0);
   const auto way = unblocked(vertex, choice->light, *sample);
   if (!way) return;
-  if (FarEnd* far = arms.begin()->far) note_state(way->q, vertex, *far);
+  if (FarEnd* far = arms.begin()->far) note_state(way->q, *far);
   for (const Arm& arm : arms) {
     for (int i = 0; i < count; ++i) {
       const Arrived& at = arrived[static_cast<std::size_t>(i)];
@@ -88,7 +88,7 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
 
 // Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be seen there.
 bool ViewTracer::is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light) {
-  const StateId state = states_.next(path.state, scene_.edits().event_class(Event::S, scene_.entity(vertex.hit)));
+  const StateId state = states_.next(path.state, scene_.event_class(Event::S, vertex.hit));
   if (states_.takes_none(state)) return false;
   ++counts.edit_queries;
   return scene_.edits().any_taken(states_, state, {vertex.hit.position, V3d(light.wi), 0, light.reach, -1});
@@ -131,6 +131,14 @@ ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
   return joined;
 }
 
+// The photon begins a run of those in its state.
+void ViewTracer::start_run(PhotonRun& run, const Photon& photon, int joins) noexcept {
+  run.q = photon.q;
+  run.to = join_photon(run.q, joins);
+  run.to.images &= run.asked;
+  run.is_plain = run.sums && run.to.images == picture && run.to.fate == Joins::Fate::Arrives && states_.gates(run.to.q) == 0;
+}
+
 // For a state of the pass's photons. Remembered while C stays the same.
 ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
   if (!asks_state(joins)) return {picture, state_of_[q]};
@@ -139,7 +147,7 @@ ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept 
     memo_mark_[q] = memo_now_;
     memo_[q] = try_join(state_of_[q], joins);
   }
-  return counted(memo_[q]);
+  return memo_[q];
 }
 
 // Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all of them, so that layers
@@ -167,14 +175,15 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const int room = settings_.max_depth - path.depth - 1;
   for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
-    const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
+    const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
+    PhotonRun run{asks_photons(joins), asked, sums};
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
-    estimate_density(photons_->close, Receiver(v, mask), radius, [&, joins = joins, asked = asked](const Photon& photon, const Color& radiance) {
+    estimate_density(photons_->close, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
-      if (!asks && sums) return void((++counts.photons_gathered, sum[static_cast<std::size_t>(photon.arrival)] += radiance));
-      Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
-      to.images &= asked;
+      if (run.is_new(photon)) start_run(run, photon, joins);
+      if (run.is_plain) return void((++counts.photons_gathered, sum[static_cast<std::size_t>(photon.arrival)] += radiance));
+      Joined to = counted(run.to);
       if (!to.images) return;
       ++counts.photons_gathered;
       if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
@@ -253,25 +262,27 @@ void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& a
   gather_at(path, y, arms, length, gather_radius(*guide_, length, pdf) * radius_scale_);
 }
 
-// Light edits that could take what a piece of the gather segment carries: by the last event there, at its far end (null: nothing met)
-// or at a lamp.
-EditSet ViewTracer::takers_from(const Vertex* far, std::span<const LampHit> lamps) {
+// Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes at its far end (null: nothing
+// met) or of a lamp.
+EditSet ViewTracer::find_takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
   if (far && pass_chance(far->bsdf) > 0) return edits.takers(Side::Light);
-  takers_.assign(edits.takers(Side::Light).size(), 0);
-  const auto add = [&](Event last, int entity) {
-    const EditSet set = edits.takers_after(Side::Light, edits.event_class(last, entity));
+  EditSet all;
+  const auto add = [&](EventClass last) {
+    const EditSet set = edits.takers_after(Side::Light, last);
+    if (set.empty() || all.empty() || set.data() == all.data()) return void(all = set.empty() ? all : set);
+    if (all.data() != takers_.data()) takers_.assign(all.begin(), all.end()), all = takers_;
     for (std::size_t i = 0; i < set.size(); ++i) takers_[i] |= set[i];
   };
   if (far) {
-    for_each_event(far->bsdf.events() & gathering, [&](Event e) { add(e, scene_.entity(far->hit)); });
+    for_each_event(far->bsdf.events() & lobes, [&](Event e) { add(scene_.event_class(e, far->hit)); });
     const int light = scene_.mesh_light(far->hit.instance);
-    if (!is_black(far->bsdf.emission)) add(Event::L, light >= 0 ? scene_.light_entity(light) : scene_.entity(far->hit));
+    if (!is_black(far->bsdf.emission)) add(light >= 0 ? light_class(light) : scene_.event_class(Event::L, far->hit));
   } else {
-    for (const int light : scene_.infinite_lights()) add(Event::L, scene_.light_entity(light));
+    for (const int light : scene_.infinite_lights()) add(light_class(light));
   }
-  for (const LampHit& lamp : lamps) add(Event::L, scene_.light_entity(lamp.light));
-  return takers_;
+  for (const LampHit& lamp : lamps) add(light_class(lamp.light));
+  return all;
 }
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
@@ -289,7 +300,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
       add_emission(path, segment, lamp.light, lamp.radiance, nullptr, arms);
     }
   };
-  const EditSet takers = effects_.light_edits ? takers_from(far, lamps.first(static_cast<std::size_t>(lamp_count))) : EditSet();
+  const EditSet takers = effects_.light_edits ? takers_from(far, gathering, lamps.first(static_cast<std::size_t>(lamp_count))) : EditSet();
   if (!is_empty(takers)) {
     ++counts.edit_queries;
     scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, takers, crossings_);
@@ -309,15 +320,17 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
     if (!arm.far && is_black(arm.weight)) continue;
     for (const auto& [mask, joins, asked] : groups_of(arm.joins, y, arm.images)) {
       ++counts.gathers;
-      const bool asks = asks_photons(joins), sums = path.hue < 0 && (asked & picture);
+      const bool sums = path.hue < 0 && (asked & picture);
+      PhotonRun run{asks_photons(joins), asked, sums};
       Color sum(0);
-      std::uint32_t last_q = ~0u;  // neighbours are often in one state
-      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins, asked = asked](const Photon& photon, const Color& radiance) {
+      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return void(++counts.depth_capped);
-        if (!asks && sums) return void((++counts.photons_gathered, sum += radiance));
-        Joined to = asks ? join_photon(photon.q(), joins) : Joined{picture};
-        if (asks && arm.far && photon.q() != last_q) note_state(state_of_[last_q = photon.q()], y, *arm.far);
-        to.images &= asked;
+        if (run.is_new(photon)) {
+          start_run(run, photon, joins);
+          if (arm.far) note_state(state_of_[run.q], *arm.far);
+        }
+        if (run.is_plain) return void((++counts.photons_gathered, sum += radiance));
+        Joined to = counted(run.to);
         if (!to.images) return;
         ++counts.photons_gathered;
         if (sums) sum += radiance, to.images &= ~picture, credit_arm(to.q, path, radiance, arm);
@@ -352,8 +365,7 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
   for (const Arm& arm : arms) {
     Joined to{picture};
     if (asks_state(arm.joins)) {
-      const int entity = light >= 0 ? scene_.light_entity(light) : scene_.entity(*hit);
-      to = join(states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, entity)), arm.joins);
+      to = join(states_.next(StateTable::light_start, light >= 0 ? light_class(light) : scene_.event_class(Event::L, *hit)), arm.joins);
     }
     to.images &= arm.images;
     if (to.images) add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight, to);

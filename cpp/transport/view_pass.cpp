@@ -105,8 +105,7 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     TileSamples& tile = tiles_[static_cast<std::size_t>(thread)];
-    tracer.counts = {};
-    tracer.counts.edits.resize(static_cast<std::size_t>(context.scene.edits().size()));
+    tracer.counts.start(context.scene.edits().size());
     if (!sample_tile(context, film.box(static_cast<int>(t)), tracer, tile, cancel)) return;
     tile_counts_[t] = std::move(tracer.counts);
     const std::lock_guard lock(film_lock);

@@ -14,15 +14,15 @@ constexpr float far_away = 1e10f;  // Blender's depth of nothing
 }  // namespace
 
 void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
-  photons_ = &photons;
+  if (photons_states_ != photons.states) state_of_.clear();
+  photons_ = &photons, photons_states_ = photons.states;
   guide_ = &context.guide;
   radius_scale_ = radius_scale(context.pass);
-  counts = {};
-  counts.edits.resize(static_cast<std::size_t>(scene_.edits().size()));
-  state_of_.clear();
-  for (const auto& content : photons.states) state_of_.push_back(states_.intern(content));
-  memo_mark_.assign(photons.states.size(), 0);
-  memo_.assign(photons.states.size(), {});
+  counts.start(scene_.edits().size());
+  const std::uint32_t count = photons.states ? photons.states->size() : 0;
+  for (auto q = static_cast<std::uint32_t>(state_of_.size()); q < count; ++q) state_of_.push_back(states_.intern(photons.states->content(q)));
+  memo_mark_.assign(count, 0);
+  memo_.assign(count, {});
   memo_now_ = 0, memo_joins_ = Joins::none;
 }
 
@@ -117,8 +117,9 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     ++counts.rays;
     const double t_end = hit ? hit->t : path.t_max;
     const std::span lamps(lamps_.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
+    if (hit) make_vertex(scene_, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
     if (effects_.words || !lamps.empty()) {
-      const Went went = cross_gates(path, t_end, lamps);
+      const Went went = cross_gates(path, t_end, hit ? &vertex : nullptr, lamps);
       if (went == Went::Nowhere) return false;
       if (went == Went::Elsewhere) continue;
     }
@@ -127,7 +128,6 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
       if (!(path.is_camera && settings_.transparent_film)) far_emission(path, segment_of(path), arm_of(path));
       return false;
     }
-    make_vertex(scene_, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
     path.length += hit->t;
     const float chance = pass_chance(vertex.bsdf);
     if (chance < 1 && (chance == 0 || random() >= chance)) {
@@ -179,7 +179,7 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   path.lobe_origin = vertex.hit.position, path.lobe_normal = lit_side(vertex.bsdf);
   path.excluded_group = -1;
   path.is_camera = false;
-  const EventClass event = scene_.edits().event_class(Event::S, scene_.entity(vertex.hit));
+  const EventClass event = scene_.event_class(Event::S, vertex.hit);
   if (effects_.words) path.joins = joins_.event(path.joins, event);
   if (effects_.view_edits) path.state = states_.next(path.state, event);
   path.word = mix(path.word, static_cast<std::uint64_t>(scene_.entity(vertex.hit)) + 1);

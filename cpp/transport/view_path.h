@@ -74,6 +74,16 @@ class ViewTracer {
     StateId q = StateTable::dead;   // which edits it met, if it met any
     Joins::Fate fate = Joins::Fate::Arrives;
   };
+  struct PhotonRun {  // photons that follow each other in one state, as neighbours often do
+    bool asks;        // what becomes of them depends on it
+    ImageSet asked;   // the images that they may be added to
+    bool sums;        // the picture's share is summed up first
+    std::uint32_t q = ~0u;
+    Joined to{picture & asked};
+    bool is_plain = !asks && sums;  // they belong to the sum and nowhere else, and no edit has a share in them
+
+    [[nodiscard]] bool is_new(const Photon& photon) const noexcept { return asks && photon.q != q; }
+  };
   // the path (view_path.cpp)
   void trace_sample();
   void follow(ViewPath& path);
@@ -90,12 +100,13 @@ class ViewTracer {
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
-    credit(q, radiance, [&](std::uint32_t edit) { counts.edits[edit].shown += luminance(radiance) * bundle_[at_].share; });
+    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * bundle_[at_].share; });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
   // gates on view segments (view_gates.cpp)
-  [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, std::span<LampHit> lamps);
+  [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, const Vertex* far, std::span<LampHit> lamps);
+  [[nodiscard]] bool meets_light_gate(const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
   [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
@@ -117,7 +128,11 @@ class ViewTracer {
   void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
   void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
-  [[nodiscard]] EditSet takers_from(const Vertex* far, std::span<const LampHit> lamps);
+  [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
+    if (far && lamps.empty() && !scene_.may_be_taken_from(far->hit) && pass_chance(far->bsdf) == 0) return {};  // nearly always, at once
+    return find_takers_from(far, lobes, lamps);
+  }
+  [[nodiscard]] EditSet find_takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
   void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
@@ -135,8 +150,8 @@ class ViewTracer {
   };
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
   void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
-  void note_state(StateId q, const Vertex& y, FarEnd& far);
-  void find_takers(FarEnd& far) const;
+  void note_state(StateId q, FarEnd& far);
+  void find_takers(FarEnd& far);
   void share_gathers();
   void share(Seer& finder);
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
@@ -153,20 +168,19 @@ class ViewTracer {
     return arms;
   }
 
-  [[nodiscard]] StateId light_state(int light) noexcept {
-    return states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light)));
-  }
+  [[nodiscard]] EventClass light_class(int light) const noexcept { return scene_.edits().event_class(Event::L, scene_.light_entity(light)); }
+  [[nodiscard]] StateId light_state(int light) noexcept { return states_.next(StateTable::light_start, light_class(light)); }
   [[nodiscard]] Joined try_join(StateId q, int joins) noexcept;
   [[nodiscard]] Joined counted(const Joined& joined) noexcept;
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
+  void start_run(PhotonRun& run, const Photon& photon, int joins) noexcept;
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
   [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
-  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.edits().event_class(e, scene_.entity(vertex.hit))); }
+  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.event_class(e, vertex.hit)); }
   // Is it one to all expressions whether light leaves by D or by G?
   [[nodiscard]] bool same_event(const Vertex& vertex) const noexcept {
-    const int entity = scene_.entity(vertex.hit);
-    return scene_.edits().event_class(Event::D, entity) == scene_.edits().event_class(Event::G, entity);
+    return scene_.event_class(Event::D, vertex.hit) == scene_.event_class(Event::G, vertex.hit);
   }
   struct LobeGroup {  // lobes that C and the layers cannot tell apart
     EventMask lobes;
@@ -185,6 +199,7 @@ class ViewTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   const PhotonSet* photons_ = nullptr;
+  const PhotonStates* photons_states_ = nullptr;  // whose numbers state_of_ knows
   const Guide* guide_ = nullptr;
   float radius_scale_ = 1;
 

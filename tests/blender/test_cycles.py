@@ -134,6 +134,11 @@ def lamps_small():
     ball(diffuse(.3, .5, .8)), box(diffuse(.8, .7, .2), (-1, 0, 0.25))
 
 
+def spot():
+    lamp('SPOT', (1.4, -1.2, 2), 120, spot_size=2.0, spot_blend=0.4, shadow_soft_size=0.1)
+    ball(diffuse(.3, .5, .8)), box(diffuse(.8, .7, .2), (-1, 0, 0.25))
+
+
 def lamps_large():
     lamp('AREA', (-1.5, -1, 2), 40, size=0.8, shape='DISK', spread=math.pi)
     lamp('AREA', (1.5, -0.5, 1.5), 25, size=0.6, size_y=0.3, shape='RECTANGLE', spread=1.2)
@@ -267,7 +272,7 @@ def noise_bound(a, b, false_alarm):
     return np.interp(freedom, grid, quantiles) * np.sqrt(va + vb)
 
 
-@pytest.mark.parametrize("content", [lamps_small, lamps_large, emissive_mesh, sky, glossy, mirror_and_glass, rough_glass, textures, see_through, low_poly],
+@pytest.mark.parametrize("content", [lamps_small, spot, lamps_large, emissive_mesh, sky, glossy, mirror_and_glass, rough_glass, textures, see_through, low_poly],
                          ids=lambda content: content.__name__)
 def test_like_cycles(content, tmp_path):
     scene = bpy.context.scene

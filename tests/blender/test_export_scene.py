@@ -25,6 +25,7 @@ def test_lamps(new_object, export_now):
         np.testing.assert_array_equal(item["matrix"][:3, 3], (1, 2, 3))
     assert (found['Area']["shape"], found['Area']["size_x"], found['Area']["size_y"], found['Area']["spread"]) == ('Rectangle', 2, 3, 1)
     assert (found['Spot']["spot_angle"], found['Spot']["spot_blend"], found['Sun']["angle"]) == (1.25, 0.5, 0.125)
+    assert found['Spot']["spot_cosine"] != hasattr(area, "shadow_filter_radius")
 
 
 def test_a_lamps_nodes(new_object, export_now):

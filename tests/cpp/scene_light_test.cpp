@@ -41,6 +41,8 @@ std::vector<Case> finite_lights() {
     add_light("spot " + std::to_string(radius), light);
     light.spot_angle = 3, light.spot_blend = 1;
     add_light("wide spot " + std::to_string(radius), light);
+    light.spot_angle = 4, light.spot_cosine = false;
+    add_light("spot without cosine " + std::to_string(radius), light);
   }
   for (const AreaShape shape : {AreaShape::Square, AreaShape::Rectangle, AreaShape::Disk, AreaShape::Ellipse})
     for (const float spread : {pi, 1.2f, 0.2f}) add_light("area " + std::to_string(static_cast<int>(shape)) + " spread " + std::to_string(spread), area(shape, spread));

@@ -49,8 +49,8 @@ TEST(Photon, FluxKeepsSixteenBitsOfTheLargestChannel) {
 TEST(Photon, KeepsItsState) {
   Photon photon;
   for (const std::uint32_t q : {0u, 1u, 0x123456u, 0xffffffu}) {
-    photon.set_q(q);
-    EXPECT_EQ(photon.q(), q);
+    photon.q = q;
+    EXPECT_EQ(photon.q, q);
   }
 }
 
@@ -60,7 +60,7 @@ std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks
     for (int i = 0; i < each; ++i) {
       Photon photon;
       photon.position = V3f(centre + V3d(random.real(-1, 1), random.real(-1, 1), random.real(-0.1, 0.1)) * spread);
-      photon.set_q(random.bits() & 0xffffffu);
+      photon.q = random.bits() & 0xffffffu;
       photon.arrival = static_cast<Arrival>(random.bits() & 3u);
       chunk.push_back(photon);
     }
@@ -78,11 +78,11 @@ TEST(PhotonMap, FindsWhatBruteForceFinds) {
     for (int query = 0; query < 500; ++query) {
       const V3f p = chunks[0][static_cast<std::size_t>(query % 400)].position + V3f(random.direction() * radius * random.unit());
       std::multiset<std::uint32_t> found, expected;
-      map.query(p, radius, [&](const Photon& photon) { found.insert(photon.q()); });
+      map.query(p, radius, [&](const Photon& photon) { found.insert(photon.q); });
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const V3f d = photon.position - p;
-          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q());
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q);
         }
       ASSERT_EQ(found, expected) << spread << ' ' << query;
     }
@@ -98,7 +98,7 @@ TEST(PhotonMap, OrderDoesNotDependOnThreads) {
     PhotonMap map;
     map.build(chunks, 0b1111, 0.2f, pool, never);
     orders.emplace_back();
-    map.query(V3f(0), 0.7f, [&](const Photon& photon) { orders.back().push_back(photon.q()); });
+    map.query(V3f(0), 0.7f, [&](const Photon& photon) { orders.back().push_back(photon.q); });
   }
   EXPECT_GT(orders[0].size(), 100u);
   EXPECT_EQ(orders[0], orders[1]);

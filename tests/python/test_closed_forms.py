@@ -56,16 +56,17 @@ def test_point_and_sphere_light_over_a_plane(radius):
     assert_blocks(blocks(got, 4), blocks(expected, 4), bias=1e-3)
 
 
-def test_spot():
-    """Inside the cone and its blend a spot lights like a point lamp, times the cosine to its axis (Cycles); beyond it is dark."""
+@pytest.mark.parametrize("spot_cosine", [True, False])
+def test_spot(spot_cosine):
+    """Inside the cone and its blend a spot lights like a point lamp, in Blender 3 times the cosine to its axis; beyond it is dark."""
     scene = Scene()
     scene.floor(diffuse(ALBEDO))
-    scene.light("Spot", "Spot", looking((0, 0, 1), (0, 0, -1)), 12.0, spot_angle=1.2, spot_blend=0.0)
+    scene.light("Spot", "Spot", looking((0, 0, 1), (0, 0, -1)), 12.0, spot_angle=1.2, spot_blend=0.0, spot_cosine=spot_cosine)
     picture = render(scene, passes=16)["Combined"]
     r = np.hypot(*pixel_centres())
     inside, outside = r < math.tan(0.6) - 0.06, r > math.tan(0.6) + 0.06
     assert inside.sum() > 200 and outside.sum() > 200
-    expected = over_pixels(lambda x, y: ALBEDO / math.pi * 12 / (4 * math.pi) / (x * x + y * y + 1) ** 2)
+    expected = over_pixels(lambda x, y: ALBEDO / math.pi * 12 / (4 * math.pi) / (x * x + y * y + 1) ** (2 if spot_cosine else 1.5))
     np.testing.assert_allclose(picture[inside], np.repeat(expected[inside][:, None], 3, 1), rtol=0.01)
     np.testing.assert_allclose(picture[inside].mean(), expected[inside].mean(), rtol=1e-3)
     assert (picture[outside] == 0).all()
