@@ -74,8 +74,10 @@ void Session::launch(RenderSettings settings, Compile compile) {
     t.photons = std::clamp(t.photons, 1, 1 << 28);
     t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
     t.max_depth = std::clamp(t.max_depth, 1, 250);
-    t.caustic_radius_factor = std::isfinite(t.caustic_radius_factor) ? std::clamp(t.caustic_radius_factor, 0.1f, 100.0f) : TransportSettings().caustic_radius_factor;
-    t.caustic_radius_range = std::isfinite(t.caustic_radius_range) ? std::clamp(t.caustic_radius_range, 1.0f, 100.0f) : TransportSettings().caustic_radius_range;
+    const auto bound = [](float& x, float least, float otherwise) { x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise; };
+    bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
+    bound(t.caustic_radius_range, 1, TransportSettings().caustic_radius_range);
+    bound(t.soft_caustic_range, 1, TransportSettings().soft_caustic_range);
     if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
     progress_.passes = settings_.passes;

@@ -22,8 +22,6 @@ bool has_light_exits(const Edits& edits) {
   return false;
 }
 
-unsigned bit(Arrival a) noexcept { return 1u << static_cast<unsigned>(a); }
-
 }  // namespace
 
 Effects find_effects(const Scene& scene, const TransportSettings& settings) {
@@ -48,8 +46,8 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   effects.layers = !scene.edits().layers().empty();
   effects.words = effects.light_edits || effects.view_edits || effects.layers;
 
-  if (effects.caustics) effects.close_arrivals |= bit(Arrival::Caustic);
-  if (effects.edited) effects.close_arrivals |= bit(Arrival::Edited);
+  if (effects.caustics) effects.close_arrivals |= bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic);
+  if (effects.edited) effects.close_arrivals |= bit_of(Arrival::Edited);
   effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
   effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;

@@ -157,7 +157,7 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
 
 // Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.
 bool LightTracer::is_read(const LightPath& path, const Vertex& vertex) const noexcept {
-  const Arrival arrival = arrival_of(path.last);
+  const Arrival arrival = arrival_of(path.last, path.was_scattered);
   if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return false;
   if (arrival != Arrival::Direct || (!trust_at_y.empty() && trust_at_y[static_cast<std::size_t>(light_)] == 0)) return true;
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
@@ -171,7 +171,7 @@ std::uint32_t LightTracer::number_of(StateId q) {
 
 void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
   if (!is_read(path, vertex)) return;
-  const Arrival arrival = arrival_of(path.last);
+  const Arrival arrival = arrival_of(path.last, path.was_scattered);
   Photon photon;
   photon.position = V3f(vertex.hit.position);
   photon.wi = pack_direction(-path.direction);
@@ -191,7 +191,14 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   ++counts.photons_stored;
 }
 
-// On by one lobe, with the weight of that lobe. False: absorbed.
+// All lobes are sharp: at the first vertex both of glass are followed, or the few photons that it mirrors would be bright ones.
+static bool is_split(const Bsdf& bsdf) noexcept {
+  bool all = bsdf.count > 1;
+  for (int i = 0; i < bsdf.count; ++i) all = all && bsdf.lobes[i].event == Event::S && bsdf.lobes[i].delta;
+  return all;
+}
+
+// On by one lobe, with the weight of that lobe. False: absorbed, or on in branches_.
 bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept {
   const Bsdf& bsdf = vertex.bsdf;
   const double before = luminance(path.flux);
@@ -200,44 +207,60 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
     ++counts.depth_capped;
     return false;
   }
-  float total = 0;
-  for (int i = 0; i < bsdf.count; ++i) total += bsdf.lobes[i].choice;
   const double expected = luminance(path.flux * albedo(bsdf, vertex.point.wo, any_lobe));
-  const auto drop = [&](double energy) {
-    counts.ledger.capped += energy;
+  if (!std::isfinite(expected)) {
+    counts.ledger.capped += before;
     ++counts.non_finite;
     return false;
-  };
-  if (!std::isfinite(expected)) return drop(before);
+  }
   counts.ledger.absorbed += before - expected;
-  const auto lose = [&](double sampled) { counts.ledger.sampling += sampled - expected; };
-  if (!(total > 0)) return lose(0), false;
-
+  counts.ledger.sampling -= expected;  // what goes on is added
   const std::uint32_t pair = emission_pairs + 2 * static_cast<std::uint32_t>(path.depth);
+  if (path.depth == 0 && is_split(bsdf) && budget_.spend(bsdf.count - 1)) {
+    for (int lobe = 0; lobe < bsdf.count; ++lobe) {
+      branches_[branch_count_] = path;
+      if (const auto sample = sample_lobe(bsdf, lobe, vertex.point.wo, sampler.pair(pair + 1)))
+        if (take_lobe(branches_[branch_count_], vertex, lobe, *sample, sample->weight)) ++branch_count_;
+    }
+    return false;
+  }
+
+  float total = 0;
+  for (int i = 0; i < bsdf.count; ++i) total += bsdf.lobes[i].choice;
+  if (!(total > 0)) return false;
   const V2f u = sampler.pair(pair);
   float target = u.x * total;
   int lobe = 0;
   while (lobe + 1 < bsdf.count && target >= bsdf.lobes[lobe].choice) target -= bsdf.lobes[lobe++].choice;
   const auto sample = sample_lobe(bsdf, lobe, vertex.point.wo, sampler.pair(pair + 1));
-  if (!sample) return lose(0), false;
-
-  const float chance = bsdf.lobes[lobe].choice / total;
-  const Color weight = sample->weight / chance;
+  if (!sample) return false;
+  const Color weight = sample->weight * (total / bsdf.lobes[lobe].choice);
   path.throughput *= average(weight);
   const float survival = survival_chance(path.throughput, path.depth + 1);
-  if (!(u.y < survival)) return lose(0), false;
-  path.flux /= survival, path.throughput /= survival;
-  const float factor = adjoint_factor(bsdf, lobe, vertex.point.wo, sample->wi), clamped = std::min(factor, max_adjoint);
+  if (!(u.y < survival)) return false;
+  path.throughput /= survival;
+  return take_lobe(path, vertex, lobe, *sample, weight / survival);
+}
+
+// Goes on by the lobe. False: nothing is left.
+bool LightTracer::take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept {
+  const float factor = adjoint_factor(vertex.bsdf, lobe, vertex.point.wo, sample.wi), clamped = std::min(factor, max_adjoint);
+  const double before = luminance(path.flux);
   path.flux *= weight;
   const double scattered = luminance(path.flux);
   path.flux *= clamped;
-  if (!is_finite(path.flux)) return drop(expected);
+  if (!is_finite(path.flux)) {
+    counts.ledger.capped += before, counts.ledger.sampling += before;
+    ++counts.non_finite;
+    return false;
+  }
   counts.ledger.clamped += scattered * (factor - clamped);
-  lose(scattered * factor);
+  counts.ledger.sampling += scattered * factor;
   if (clamped < factor) ++counts.adjoint_clamped;
   if (is_black(path.flux)) return false;
 
-  path.last = sample->event;
+  path.last = sample.event;
+  path.was_scattered = path.was_scattered || path.last == Event::D;
   ++path.depth;
   if (is_watched_) {
     path.q = states_.next(path.q, scene_.event_class(path.last, vertex.hit));
@@ -245,7 +268,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
     if (path.q == StateTable::dead && is_lost(path)) [[unlikely]] return false;
   }
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;
-  path.direction = sample->wi;
+  path.direction = sample.wi;
   path.excluded_group = -1;
   return true;
 }

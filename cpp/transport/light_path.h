@@ -27,6 +27,7 @@ struct LightPath {
   float throughput = 1;    // of materials alone, for roulette
   StateId q = 0;
   Event last = Event::L;   // last event: the class of the next arrival
+  bool was_scattered = false;  // a D before
   int depth = 0;           // D, S, G events so far
   int excluded_group = -1; // plane group that the segment starts on
   double t_min = 0;        // gates beyond it count; -infinity on the first segment of light from infinity
@@ -65,6 +66,7 @@ class LightTracer {
   [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
   [[nodiscard]] std::uint32_t number_of(StateId q);
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
+  [[nodiscard]] bool take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept;
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
 

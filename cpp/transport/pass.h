@@ -24,8 +24,17 @@ enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Ligh
   return key_of(seed, Purpose::Pilot, static_cast<std::uint64_t>(purpose), a);
 }
 
+inline constexpr float least_radius_of_extent = 1e-6f, most_radius_of_extent = 0.02f;  // bounds of common radii, in sizes of the scene
+
 // r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).
 [[nodiscard]] inline float radius_scale(int pass) noexcept { return static_cast<float>(std::pow(pass + 1.0, -1.0 / 6.0)); }
+
+// The widest disk at v in the first pass, where a common one has this radius: for caustics and edited light; for soft caustics.
+[[nodiscard]] inline float widest_disk(const TransportSettings& settings, float radius) noexcept { return settings.caustic_radius_range * radius; }
+[[nodiscard]] inline float widest_soft_disk(const TransportSettings& settings, float radius, double extent) noexcept {
+  const float widest = widest_disk(settings, radius);
+  return std::max(widest, std::min(settings.soft_caustic_range * widest, most_radius_of_extent * static_cast<float>(extent)));
+}
 
 // Gather radius at y in the first pass. A gather segment stands for a bundle of directions: features below a tenth of its length
 // times the spread of its lobe drown in its noise. Near corners, where y is close to v, the radius stays small and so does the bias;
@@ -38,6 +47,7 @@ enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Ligh
 // The photons of a pass, sorted.
 struct PhotonSet {
   PhotonMap all;    // every stored photon: what a gather segment's end reads
+  PhotonMap soft;   // soft caustics: what v reads with a larger one
   PhotonMap close;  // caustics and edited light: what the view path's own vertex reads, with a smaller radius
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };

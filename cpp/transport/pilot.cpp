@@ -23,7 +23,7 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr double close_photons = 16, parts_of_way = 3;  // on a disk at v
-constexpr unsigned close_arrivals = (1u << static_cast<unsigned>(Arrival::Caustic)) | (1u << static_cast<unsigned>(Arrival::Edited));
+constexpr unsigned close_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic) | bit_of(Arrival::Edited);
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -143,8 +143,8 @@ class Pilot {
     Distances mean;
     const VisibleCells seen = look_around(scene_, settings_, cancel_, mean);
     const auto extent = static_cast<float>(scene_.extent());
-    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, 0.02f * extent);
-    guide.least_radius = guide.most_radius = guide.radius = 0.02f * extent;
+    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, most_radius_of_extent * extent);
+    guide.least_radius = guide.most_radius = guide.radius = most_radius_of_extent * extent;
     if (!effects_.photons()) return guide;
     add_specular_targets(scene_, most_targets / 2, guide.targets);
     find_entries(guide);
@@ -260,7 +260,7 @@ class Pilot {
   // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
   // sharp. Cells that no photon at all lies in are left out.
   void size_disks(Guide& guide, const VisibleCells& seen) {
-    const double most = settings_.caustic_radius_range * guide.caustic_radius, reach = most * parts_of_way;
+    const double most = widest_soft_disk(settings_, guide.caustic_radius, scene_.extent()), reach = most * parts_of_way;
     const double photons = close_photons * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
     const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
     PhotonMap map;
@@ -307,7 +307,7 @@ class Pilot {
     return yields;
   }
 
-  [[nodiscard]] static bool is_close(const Photon& photon) noexcept { return (close_arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; }
+  [[nodiscard]] static bool is_close(const Photon& photon) noexcept { return close_arrivals & bit_of(photon.arrival); }
 
   void account(const Guide& guide, const VisibleCells& seen, const EmittedPhoton& start, const std::vector<Photon>& photons, Yield& yield) const {
     double close = 0, seen_flux = 0;

@@ -171,7 +171,12 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const float radius = close_radius(path, v.hit.position);
+  const float radius = common_radius(path), *needed = guide_->disks.find(v.hit.position);
+  add_density(path, v, photons_->close, disk_radius(radius, needed, widest_disk(settings_, radius)));
+  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, needed, widest_soft_disk(settings_, radius, scene_.extent())));
+}
+
+void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {
   const int room = settings_.max_depth - path.depth - 1;
   for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
@@ -179,7 +184,7 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
     PhotonRun run{asks_photons(joins), asked, sums};
     std::array<Color, arrival_count> sum;
     sum.fill(Color(0));
-    estimate_density(photons_->close, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
+    estimate_density(map, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
       if (run.is_new(photon)) start_run(run, photon, joins);
       if (run.is_plain) return void((++counts.photons_gathered, sum[static_cast<std::size_t>(photon.arrival)] += radiance));
@@ -187,10 +192,10 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
       if (!to.images) return;
       ++counts.photons_gathered;
       if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
-      if (to.images) add(photon.arrival == Arrival::Caustic ? Part::Caustics : Part::Edited, path, radiance, to);
+      if (to.images) add(photon.arrival == Arrival::Edited ? Part::Edited : Part::Caustics, path, radiance, to);
     });
     if (!sums) continue;
-    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)], {picture});
+    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)] + sum[static_cast<std::size_t>(Arrival::SoftCaustic)], {picture});
     add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], {picture});
   }
 }

@@ -186,16 +186,18 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   ++path.depth;
 }
 
-// Some footprints of a pixel; more where the pilot found so few photons (or none) that noise would hide every feature of that size, fewer
-// where there are enough for sharper edges. Rounding of positions sets the floor: below it photons of one surface no longer share a disk
-// (numerics D6).
-float ViewTracer::close_radius(const ViewPath& path, const V3d& v) const noexcept {
+// Some footprints of a pixel. Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
+float ViewTracer::common_radius(const ViewPath& path) const noexcept {
   const auto extent = static_cast<float>(scene_.extent());
   const double footprint = path.width + path.spread * path.length;
-  const float least = 1e-6f * extent, radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), least, 0.02f * extent);
-  const float* needed = guide_->disks.find(v);
-  const float range = settings_.caustic_radius_range;
-  return (needed ? std::clamp(*needed, std::max(radius / range, least), radius * range) : radius * range) * radius_scale_;
+  return std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), least_radius_of_extent * extent, most_radius_of_extent * extent);
+}
+
+// Wider where the pilot found so few photons (or none: null) that noise would hide every feature of that size, narrower where there are
+// enough for sharper edges.
+float ViewTracer::disk_radius(float common, const float* needed, float widest) const noexcept {
+  const float narrowest = std::max(common / settings_.caustic_radius_range, least_radius_of_extent * static_cast<float>(scene_.extent()));
+  return (needed ? std::clamp(*needed, narrowest, widest) : widest) * radius_scale_;
 }
 
 }  // namespace sluice

@@ -85,6 +85,41 @@ TEST(Pass, LedgerCloses) {
   }
 }
 
+// A pane between a floor and a ceiling: what one path brings through it and back from it differs by Fresnel's factor, not by chance.
+TEST(LightPath, BothWaysAtTheFirstGlassAreFollowed) {
+  SceneDescription description;
+  const int sheet = test::add(description, test::grid(1)), grey = test::add(description, test::diffuse(0.5f));
+  const int glass = test::add(description, test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)}));
+  test::place(description, sheet, test::scaling({9, 9, 1}), grey, "Floor");
+  test::place(description, sheet, test::scaling({9, 9, 1}) * test::translation({0, 0, 3}), grey, "Ceiling");
+  test::place(description, sheet, test::scaling({1, 1, 1}) * test::translation({0, 0, 1}), glass, "Pane");
+  LightDescription lamp;
+  lamp.matrix = test::translation({0, 0, 2});
+  description.lights.push_back(lamp);
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 1);
+  LightTracer tracer(*scene, renderer.settings, renderer.effects, 1);
+  int met = 0;
+  for (std::uint32_t path = 0; path < 2000; ++path) {
+    std::vector<Photon> photons;
+    const Sampler sampler(7, path);
+    const auto emitted = emit_photon(*scene, renderer.guide, sampler);
+    ASSERT_TRUE(emitted);
+    tracer.trace(*emitted, 1, sampler, path, photons);
+    std::erase_if(photons, [](const Photon& photon) { return photon.arrival != Arrival::Caustic || photon.depth != 1; });
+    if (photons.empty()) continue;
+    ++met;
+    ASSERT_EQ(photons.size(), 2u);
+    const bool first_is_above = photons[0].position.z > photons[1].position.z;
+    const Photon &above = photons[first_is_above ? 0 : 1], &below = photons[first_is_above ? 1 : 0];
+    EXPECT_GT(above.position.z - below.position.z, 2.9f);
+    const double cosine = std::abs(unpack_direction(above.wi).z), inside = std::sqrt(1 - (1 - cosine * cosine) / square(1.5));
+    const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside), p = (1.5 * cosine - inside) / (1.5 * cosine + inside), fresnel = (s * s + p * p) / 2;
+    EXPECT_NEAR(above.flux().x / (above.flux().x + below.flux().x), fresnel, 2e-4 + 1e-3 * fresnel);
+  }
+  EXPECT_GT(met, 200);
+}
+
 // A floor and a ceiling that multiply light by 1e20 soon make it infinite: it ends there, and the ledger still closes.
 TEST(Pass, LightThatNoNumberHoldsIsBookedAsCapped) {
   SceneDescription description = small_world();
