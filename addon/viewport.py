@@ -17,7 +17,7 @@ from .export.names import Names
 from .export.settings import export_settings
 
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
-_COARSE = {8: {"photons": 8192, "pilot_paths": 1 << 12}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
+_COARSE = {8: {"photons": 4096, "pilot_paths": 1 << 11}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
 _POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
 _AT_ONCE = 0.03  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
 _DRAWING = 0.05  # of the time, at most, for redraws while passes come in: without a graphics card they cost what renders

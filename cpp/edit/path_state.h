@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a path remembers for edits (design §3): states of the automata, gates taken, edits used. Contents are interned as met and
 // transitions memoised, so that an event costs one array lookup. One table per thread; numbers differ between threads and contents do
-// not, so photons are renumbered by content when threads meet. Knows no geometry but hands queries the candidates of a state.
+// not, so photons carry numbers that threads share (transport/photon_states.h). Knows no geometry but hands queries the candidates of a state.
 #pragma once
 #include <compare>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace sluice {
 
 class Edits;
 
-using StateId = std::uint32_t;  // 24 bits in a photon
+using StateId = std::uint32_t;
 
 // The images that a whole path is part of: bit 0 is the picture itself, which every path belongs to, bit i + 1 is layer i.
 using ImageSet = std::uint64_t;

@@ -66,6 +66,10 @@ EventMask Bsdf::events() const noexcept {
   return mask;
 }
 
+bool Bsdf::is_exact() const noexcept {
+  return std::all_of(lobes.begin(), lobes.begin() + count, [](const Lobe& lobe) { return lobe.event == Event::S && lobe.delta; });
+}
+
 Color eval(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept {
   const bool other_side = wi.dot(bsdf.ng) < 0;
   Color sum(0);

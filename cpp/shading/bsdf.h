@@ -44,6 +44,7 @@ struct Bsdf {
   V3f ng{0, 0, 1};        // geometric normal, on the side of wo: decides what is reflection and what transmission
 
   [[nodiscard]] EventMask events() const noexcept;
+  [[nodiscard]] bool is_exact() const noexcept;  // all lobes are delta ones: a mirror, glass
 };
 
 // wi: unit. weight = f·|cos θ_i| / pdf of the lobes that share the chosen lobe's event, in the flux convention: no η². Multiply by

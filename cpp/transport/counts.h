@@ -54,7 +54,7 @@ struct Counts {
   std::uint64_t alpha_capped = 0;   // behind more transparent surfaces than are followed
   std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/path_state.h)
 
-  // From zero; edits that count nothing cost nothing.
+  // From zero. Room for all edits, so that of_edit() cannot fail; none is written to before it has something to count.
   void start(int edit_count) {
     *this = {};
     edits.reserve(static_cast<std::size_t>(edit_count));

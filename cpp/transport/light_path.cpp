@@ -22,11 +22,11 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
   branches_[0] = start;
-  branch_count_ = 1, budget_ = {};
+  branch_count_ = 1, budget_ = {}, has_split_ = false;
   Vertex vertex;
   while (branch_count_ > 0) {
     LightPath path = branches_[--branch_count_];
-    const BranchClock clock(counts, path.at_edit);
+    const BranchClock clock(counts, path.last_edit);
     if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]] continue;
     while (next_vertex(path, vertex)) {
       store(path, vertex, out);
@@ -147,7 +147,7 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
   copy.last = Event::F;
   if (witness_) copy.word = witness_->after(path.word, Event::F, crossing.edit);
   copy.excluded_group = passage->group;
-  copy.at_edit = crossing.edit, copy.at_exit = exit;
+  copy.at_edit = copy.last_edit = crossing.edit, copy.at_exit = exit;
   ++branch_count_;
   EditCounts& count = counts.of_edit(crossing.edit);
   ++count.moved;
@@ -156,31 +156,30 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
 }
 
 // Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.
-bool LightTracer::is_read(const LightPath& path, const Vertex& vertex) const noexcept {
-  const Arrival arrival = arrival_of(path.last, path.was_scattered);
-  if (!((effects_.stored_arrivals >> static_cast<unsigned>(arrival)) & 1u) || !(vertex.bsdf.events() & gathering)) return false;
+bool LightTracer::is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept {
+  if (!(effects_.stored_arrivals & bit_of(arrival)) || !(vertex.bsdf.events() & gathering)) return false;
   if (arrival != Arrival::Direct || (!trust_at_y.empty() && trust_at_y[static_cast<std::size_t>(light_)] == 0)) return true;
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 
 // For the first photon in that state.
-std::uint32_t LightTracer::number_of(StateId q) {
-  if (q >= number_of_.size()) number_of_.resize(states_.size(), PhotonStates::none);
-  return number_of_[q] = numbers_->number(states_.content(q));
+std::uint32_t LightTracer::share_state(StateId q) {
+  if (q >= shared_.size()) shared_.resize(states_.size(), PhotonStates::none);
+  return shared_[q] = shared_states_->number(states_.content(q));
 }
 
 void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
-  if (!is_read(path, vertex)) return;
-  const Arrival arrival = arrival_of(path.last, path.was_scattered);
+  const Arrival arrival = arrival_of(path.last, path.was_diffuse);
+  if (!is_read(path, arrival, vertex)) return;
   Photon photon;
   photon.position = V3f(vertex.hit.position);
   photon.wi = pack_direction(-path.direction);
   photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
-  if (numbers_) {
-    std::uint32_t q = path.q < number_of_.size() ? number_of_[path.q] : PhotonStates::none;
+  if (shared_states_) {
+    std::uint32_t q = path.q < shared_.size() ? shared_[path.q] : PhotonStates::none;
     if (q == PhotonStates::none) [[unlikely]] {
-      q = number_of(path.q);
+      q = share_state(path.q);
       if (q == PhotonStates::none) return void(++counts.states_capped);
     }
     photon.q = q;
@@ -189,13 +188,6 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));
   out.push_back(photon);
   ++counts.photons_stored;
-}
-
-// All lobes are sharp: at the first vertex both of glass are followed, or the few photons that it mirrors would be bright ones.
-static bool is_split(const Bsdf& bsdf) noexcept {
-  bool all = bsdf.count > 1;
-  for (int i = 0; i < bsdf.count; ++i) all = all && bsdf.lobes[i].event == Event::S && bsdf.lobes[i].delta;
-  return all;
 }
 
 // On by one lobe, with the weight of that lobe. False: absorbed, or on in branches_.
@@ -216,7 +208,10 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   counts.ledger.absorbed += before - expected;
   counts.ledger.sampling -= expected;  // what goes on is added
   const std::uint32_t pair = emission_pairs + 2 * static_cast<std::uint32_t>(path.depth);
-  if (path.depth == 0 && is_split(bsdf) && budget_.spend(bsdf.count - 1)) {
+  if (path.depth == 0 && !has_split_ && bsdf.count > 1 && bsdf.is_exact()) {
+    // Both ways of the first glass: else the few photons that it mirrors would be bright ones. Throughput stays as it is, or roulette
+    // would make them so again.
+    has_split_ = true;
     for (int lobe = 0; lobe < bsdf.count; ++lobe) {
       branches_[branch_count_] = path;
       if (const auto sample = sample_lobe(bsdf, lobe, vertex.point.wo, sampler.pair(pair + 1)))
@@ -260,7 +255,7 @@ bool LightTracer::take_lobe(LightPath& path, const Vertex& vertex, int lobe, con
   if (is_black(path.flux)) return false;
 
   path.last = sample.event;
-  path.was_scattered = path.was_scattered || path.last == Event::D;
+  path.was_diffuse = path.was_diffuse || path.last == Event::D;
   ++path.depth;
   if (is_watched_) {
     path.q = states_.next(path.q, scene_.event_class(path.last, vertex.hit));

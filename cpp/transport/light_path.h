@@ -27,20 +27,23 @@ struct LightPath {
   float throughput = 1;    // of materials alone, for roulette
   StateId q = 0;
   Event last = Event::L;   // last event: the class of the next arrival
-  bool was_scattered = false;  // a D before
+  bool was_diffuse = false;  // a D before
   int depth = 0;           // D, S, G events so far
   int excluded_group = -1; // plane group that the segment starts on
   double t_min = 0;        // gates beyond it count; -infinity on the first segment of light from infinity
   int word = -1;           // its events, where a witness writes them down
+  int last_edit = -1;      // whose exit the branch came from
   int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
 };
 
 // What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list of the caller's.
 class LightTracer {
  public:
-  // Photons get their q from `numbers`; null: nobody asks for it.
-  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, PhotonStates* numbers = nullptr)
-      : scene_(scene), settings_(settings), effects_(effects), numbers_(numbers), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {}
+  // Photons get their q from `shared_states`; null: nobody asks for it.
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, PhotonStates* shared_states = nullptr)
+      : scene_(scene), settings_(settings), effects_(effects), shared_states_(shared_states), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {
+    counts.start(scene.edits().size());
+  }
 
   // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
   void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness = nullptr);
@@ -63,8 +66,8 @@ class LightTracer {
   };
   [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept;
   double push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
-  [[nodiscard]] bool is_read(const LightPath& path, const Vertex& vertex) const noexcept;
-  [[nodiscard]] std::uint32_t number_of(StateId q);
+  [[nodiscard]] bool is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept;
+  [[nodiscard]] std::uint32_t share_state(StateId q);
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept;
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
@@ -73,14 +76,15 @@ class LightTracer {
   const Scene& scene_;
   const TransportSettings& settings_;
   const Effects& effects_;
-  PhotonStates* numbers_;
-  std::vector<std::uint32_t> number_of_;  // [state] -> in numbers_, so far
+  PhotonStates* shared_states_;
+  std::vector<std::uint32_t> shared_;  // [state] -> its number there, so far
   StateTable states_;
   Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   bool is_watched_ = false;     // someone asks what happens to the paths
-  std::array<LightPath, split_budget> branches_;
+  std::array<LightPath, split_budget + max_lobes> branches_;
   int branch_count_ = 0;
-  SplitBudget budget_;
+  SplitBudget budget_;        // of exits
+  bool has_split_ = false;    // at glass
   int light_ = 0;  // where the paths being traced started
   Hit emitter_{};
   std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits

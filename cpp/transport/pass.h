@@ -47,7 +47,7 @@ inline constexpr float least_radius_of_extent = 1e-6f, most_radius_of_extent = 0
 // The photons of a pass, sorted.
 struct PhotonSet {
   PhotonMap all;    // every stored photon: what a gather segment's end reads
-  PhotonMap soft;   // soft caustics: what v reads with a larger one
+  PhotonMap soft;   // soft caustics, what the view path's own vertex reads with a wide disk
   PhotonMap close;  // caustics and edited light: what the view path's own vertex reads, with a smaller radius
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };

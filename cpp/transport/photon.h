@@ -12,16 +12,16 @@
 namespace sluice {
 
 // How light arrived: the last event before the vertex (design §5, the table), L, S, F, D or G. Disjoint and complete. Caustics of light
-// that was scattered before are kept apart: their source is as wide as a wall, so they are soft, and disks for them may be wide.
+// that was diffuse before are kept apart: their source is as wide as a wall, so they are soft, and disks for them may be wide.
 enum class Arrival : std::uint8_t { Direct, Caustic, Edited, Indirect, SoftCaustic };
 inline constexpr int arrival_count = 5;
 [[nodiscard]] constexpr unsigned bit_of(Arrival a) noexcept { return 1u << static_cast<unsigned>(a); }
 inline constexpr unsigned soft_arrivals = bit_of(Arrival::SoftCaustic);
 
-[[nodiscard]] constexpr Arrival arrival_of(Event last, bool was_scattered) noexcept {
+[[nodiscard]] constexpr Arrival arrival_of(Event last, bool was_diffuse) noexcept {
   switch (last) {
     case Event::L: return Arrival::Direct;
-    case Event::S: return was_scattered ? Arrival::SoftCaustic : Arrival::Caustic;
+    case Event::S: return was_diffuse ? Arrival::SoftCaustic : Arrival::Caustic;
     case Event::F: return Arrival::Edited;
     default: return Arrival::Indirect;
   }

@@ -206,13 +206,12 @@ class Pilot {
   [[nodiscard]] bool moves_light(Guide aim, int edit, LightTracer& tracer) const {
     aim.targets[0] = sphere_around(scene_.edits()[edit].entry);
     tracer.counts.start(scene_.edits().size());
-    const std::uint64_t before = tracer.counts.of_edit(edit).moved;
     std::vector<Photon> photons;
     for (int path = 0; path < paths_per_entry && !cancel_; ++path) {
       const Sampler sampler(key_of(settings_.seed, PilotPurpose::Entries), static_cast<std::uint32_t>(path));
       photons.clear();
       if (const auto photon = emit_photon(scene_, aim, sampler)) tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
-      if (tracer.counts.of_edit(edit).moved > before) return true;
+      if (tracer.counts.of_edit(edit).moved > 0) return true;
     }
     return false;
   }
@@ -260,19 +259,23 @@ class Pilot {
   // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
   // sharp. Cells that no photon at all lies in are left out.
   void size_disks(Guide& guide, const VisibleCells& seen) {
-    const double most = widest_soft_disk(settings_, guide.caustic_radius, scene_.extent()), reach = most * parts_of_way;
+    const double most = widest_soft_disk(settings_, guide.caustic_radius, scene_.extent());
+    const double reach = most * parts_of_way, near = widest_disk(settings_, guide.caustic_radius) * parts_of_way;
     const double photons = close_photons * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
     const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
     PhotonMap map;
-    map.build(photons_, close_arrivals, static_cast<float>(reach), pool_, cancel_);
+    map.build(photons_, close_arrivals, static_cast<float>(reach / 2), pool_, cancel_);
     guide.disks = Cells(guide.caustic_radius);
     for (const auto& chunk : photons_)
       for (const Photon& photon : chunk)
         if (seen.contains(photon.position)) guide.disks.at(V3d(photon.position));
     std::vector<float> distance2;
     guide.disks.change_all([&](const V3d& p, float) {
-      distance2.clear();
-      if (!cancel_) map.query(V3f(p), static_cast<float>(reach), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
+      for (const double within : {near, reach}) {  // where there are many they are close by
+        distance2.clear();
+        if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
+        if (distance2.size() >= wanted) break;
+      }
       if (distance2.size() < wanted) return static_cast<float>(most * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
       const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
       std::ranges::nth_element(distance2, last);

@@ -83,7 +83,7 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
 }
 
 // It leaves y by any of its lobes.
-void ViewTracer::find_takers(FarEnd& far) {
+void ViewTracer::find_far_takers(FarEnd& far) {
   far.states.clear(), far.takers.clear();
   for (const StateId q : far.arrived)
     for_each_event(far.kinds, [&](Event e) {
@@ -124,7 +124,7 @@ void ViewTracer::share_gathers() {
 
 // The light of the y that `finder` found, to all that see it.
 void ViewTracer::share(Seer& finder) {
-  find_takers(finder.far);
+  find_far_takers(finder.far);
   const FarEnd& far = finder.far;
   if (std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); })) return;  // layers are parts of it
   std::array<Connection, most_seers> ways;

@@ -52,7 +52,6 @@ class ViewTracer {
   void trace(std::span<const ViewSample> bundle);
   [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return members_[index].sample; }  // of the last bundle
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept { return members_[index].layers; }
-  [[nodiscard]] const StateTable& states() const noexcept { return states_; }
   Counts counts;
 
  private:
@@ -151,7 +150,7 @@ class ViewTracer {
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
   void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
   void note_state(StateId q, FarEnd& far);
-  void find_takers(FarEnd& far);
+  void find_far_takers(FarEnd& far);
   void share_gathers();
   void share(Seer& finder);
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
