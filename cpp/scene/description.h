@@ -63,7 +63,7 @@ struct LightDescription {
   float radius = 0;                         // point, spot: sphere radius (m)
   float angle = 0;                          // sun: angular diameter (rad)
   float spot_angle = 0.785f, spot_blend = 0.15f;
-  bool spot_cosine = true;                  // times the cosine to its axis: Blender 3; later Blenders go without
+  bool spot_cosine = true;                  // times the cosine to its axis, as in Blender 3; from 4.2 on they go without
   AreaShape shape = AreaShape::Square;
   float size_x = 1, size_y = 1;             // area: full widths (m); square and disk use size_x
   float spread = pi;                        // area: full angle (rad)
