@@ -89,6 +89,13 @@ std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   return V2d((to.dot(V3d(right_)) * scale - low_x_) / step_x_, (to.dot(V3d(up_)) * scale - low_y_) / step_y_);
 }
 
+// The circle of confusion: the lens point p sees at pixel x what lies at (x z + p (1 - z / focus)) on a plane at depth z.
+double Camera::blur(double depth) const noexcept {
+  if (!(aperture_ > 0)) return 0;
+  const double out_of_focus = std::abs(perspective_ ? 1 / depth - 1 / static_cast<double>(focus_) : 1 - depth / focus_);
+  return aperture_ * std::max(1.0f, inverse_ratio_) * out_of_focus / std::min(step_x_, step_y_);
+}
+
 // Cycles' pixel filters: Blackman-Harris over twice Blender's Filter Size, or a box of one pixel. The two axes are independent. The window
 // is symmetric: one half is tabulated, as the distance from the edge over the fourth root of the mass up to there, which is about
 // linear where the window is nearly 0.

@@ -24,6 +24,7 @@ class Camera {
   [[nodiscard]] CameraRay generate(float x, float y, const V2f& lens) const noexcept;
   [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
+  [[nodiscard]] double blur(double depth) const noexcept;                          // pixels: most distance from project() at which the lens shows a point
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
 
  private:
@@ -45,6 +46,7 @@ class PixelFilter {
   PixelFilter() = default;
   explicit PixelFilter(const FrameDescription& frame);
   [[nodiscard]] V2f sample_filter(const V2f& u) const noexcept;
+  [[nodiscard]] float reach() const noexcept { return width_ / 2; }  // pixels, each way
 
  private:
   float width_ = 1;

@@ -108,6 +108,7 @@ std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts, co
   shot->frame = description.frame;
   shot->camera = Camera(description.camera, description.frame, centre);
   shot->pixel_filter = PixelFilter(description.frame);
+  shot->gates_in_view = GatesInView(shot->edits, shot->camera, shot->pixel_filter, description.frame);
   shot->bounds = parts->geometry_bounds;
   const Box quads = quad_bounds(description.edits, box_of(parts->world_bounds));
   if (!quads.isEmpty()) shot->bounds.add(quads.min - centre), shot->bounds.add(quads.max - centre);

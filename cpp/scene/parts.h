@@ -6,6 +6,7 @@
 #include "base/cancel.h"
 #include "edit/gates.h"
 #include "scene/embree.h"
+#include "scene/gates_in_view.h"
 #include "scene/scene.h"
 #include "shading/material.h"
 
@@ -69,6 +70,7 @@ struct Scene::Shot {
   Camera camera;
   PixelFilter pixel_filter;
   Edits edits;
+  GatesInView gates_in_view;
   struct EventsAt {
     std::array<EventClass, event_count> classes;  // [kind]
     bool may_be_taken;  // light, after one of them

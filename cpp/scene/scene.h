@@ -17,6 +17,7 @@
 
 namespace sluice {
 
+enum class Side : std::uint8_t;
 class Edits;
 class Material;
 struct Entity;
@@ -65,6 +66,9 @@ class Scene {
   [[nodiscard]] bool may_be_taken_from(const Hit& hit) const noexcept;  // light whose last event is one of these, by a light edit
   [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
   [[nodiscard]] const Edits& edits() const noexcept;
+
+  // Rays from the camera through pixel (x, y) of the full frame may meet an exit of a light edit, or an entry of a view edit.
+  [[nodiscard]] bool has_gate_in_view(Side side, int x, int y) const noexcept;
 
   [[nodiscard]] const Camera& camera() const noexcept;
   [[nodiscard]] const FrameDescription& frame() const noexcept;

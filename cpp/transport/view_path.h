@@ -105,7 +105,16 @@ class ViewTracer {
 
   // gates on view segments (view_gates.cpp)
   [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, const Vertex* far, std::span<LampHit> lamps);
-  [[nodiscard]] bool meets_light_gate(const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
+  // Of a side's gates that are asked by where they lie: rays from the camera know from the picture.
+  [[nodiscard]] bool may_meet_gate(Side side, const ViewPath& path) const noexcept {
+    return !path.is_camera || scene_.has_gate_in_view(side, bundle_[at_].x, bundle_[at_].y);
+  }
+  // Nearly never, told at once: does the segment have to ask at all?
+  [[nodiscard]] bool may_meet_gates(const ViewPath& path, const Vertex* far) noexcept {
+    if (effects_.light_edits && ((may_meet_gate(Side::Light, path) && scene_.edits().has_exits(Side::Light)) || may_be_taken_from(far, {}))) return true;
+    return effects_.view_edits && may_meet_gate(Side::View, path) && !states_.takes_none(path.state);
+  }
+  [[nodiscard]] bool meets_light_gate(const ViewPath& path, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
   [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
@@ -128,8 +137,10 @@ class ViewTracer {
   void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
-    if (far && lamps.empty() && !scene_.may_be_taken_from(far->hit) && pass_chance(far->bsdf) == 0) return {};  // nearly always, at once
-    return find_takers_from(far, lobes, lamps);
+    return may_be_taken_from(far, lamps) ? find_takers_from(far, lobes, lamps) : EditSet();
+  }
+  [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
+    return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || pass_chance(far->bsdf) > 0;
   }
   [[nodiscard]] EditSet find_takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);

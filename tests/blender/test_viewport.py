@@ -84,7 +84,10 @@ def test_things_are_copied_anew(window, new_object, cube_mesh):
     assert restarted(window, [scene], copies=1) and window.sessions[-1]._description["instances"]
     scene.world = bpy.data.worlds.new("Other")
     assert restarted(window, [scene], copies=1)
-    scene.world.color = (0, 1, 0)
+    if scene.world.use_nodes:  # always, from Blender 5 on
+        next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND").inputs["Color"].default_value = (0, 1, 0, 1)
+    else:
+        scene.world.color = (0, 1, 0)
     assert restarted(window, [scene.world], copies=1)
 
 
