@@ -112,7 +112,7 @@ def _draw_figures(layout, region, found):
     column = row.column()
     for text, icon in statistics.lines(found):
         sentence(column, region, text, icon, beside=4)
-    if found is not None and found.moved:
+    if found is not None and statistics.shows(found):
         row.operator("sluice.explain_figures", text="", icon='QUESTION', emboss=False)
 
 

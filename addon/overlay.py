@@ -42,7 +42,7 @@ def _looks(item, scene):
     alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
     found = statistics.of(entry.name) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
-    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.matched
+    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not statistics.acted(found)
 
 
 def _fill(edit, color):

@@ -19,7 +19,8 @@ std::string figures(const Statistics& s, std::size_t e) {
   std::string text = "edit " + s.edit_names[e] + format(": took %llu paths, sent on %llu, capped %llu", static_cast<unsigned long long>(edit.matched),
                                                         static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
   if (edit.energy_in > 0) text += format(", energy out / in %.4g, took %.3g %% of the lamps' light", edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
-  if (e < s.edit_shares.size() && edit.moved > 0) text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e], edit.seconds / s.threads);
+  if (edit.matched == 0 && edit.seen > 0) text += format(", took light %llu times on its way to the eye", static_cast<unsigned long long>(edit.seen));
+  if (e < s.edit_shares.size() && (edit.moved > 0 || edit.shown > 0)) text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e], edit.seconds / s.threads);
   return text + '\n';
 }
 
@@ -28,7 +29,7 @@ std::string missed(const Statistics& s) {
   std::string text;
   for (std::size_t e = 0; e < s.arrivals.size() && e < s.counts.edits.size(); ++e) {
     const Arrivals& found = s.arrivals[e];
-    if (s.counts.edits[e].matched > 0 || found.probed == 0) continue;
+    if (s.counts.edits[e].has_acted() || found.probed == 0) continue;
     text += "edit " + s.edit_names[e] + format(": no light that matches crossed the entry; %llu of %llu test paths crossed it", static_cast<unsigned long long>(found.crossed),
                                               static_cast<unsigned long long>(found.probed));
     if (found.taken > 0) text += format("; %llu were taken before, most by ", static_cast<unsigned long long>(found.taken)) + found.taker;

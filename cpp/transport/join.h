@@ -39,6 +39,7 @@ class Joins {
   struct AtEye {
     StateId q;
     Fate fate;
+    int taker = -1;  // refused as this edit's entry took it on the way
   };
   [[nodiscard]] AtEye arrive(StateTable& states, StateId q, int step) const noexcept {
     for (; step >= 0 && q != StateTable::dead; step = steps_[static_cast<std::size_t>(step)].towards_eye) {
@@ -46,7 +47,7 @@ class Joins {
       switch (s.kind) {
         case Kind::Event: q = states.next(q, s.id); break;
         case Kind::Passed:
-          if (states.takes(q, s.id)) return {q, Fate::Refused};
+          if (states.takes(q, s.id)) return {q, Fate::Refused, s.id};
           break;
         case Kind::Gate:
           if (!states.takes(q, s.id)) return {q, Fate::Refused};

@@ -25,7 +25,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), numbers.first(pair_of(path, first_pair)), at_v ? guide_->trust.at_v : guide_->trust.at_y);
   if (!choice) return;
   const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, numbers.pair(pair_of(path, first_pair + 1)));
-  if (!sample || !(sample->pdf > 0)) return;
+  if (!sample || !(sample->pdf > 0) || is_black(sample->radiance)) return;  // black: outside a spot's cone
   const float pdf_light = choice->pmf * sample->pdf;
   const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
   if (!at_v && is_too_near(light, sample->pdf)) return;  // without a rival: photon density has it
@@ -81,9 +81,19 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
   }
   if (!states_.takes_none(way.q)) {
     ++counts.edit_queries;
-    if (scene_.edits().any_taken(states_, way.q, {vertex.hit.position, V3d(sample.wi), 0, sample.reach, -1})) return {};
+    const Segment segment{vertex.hit.position, V3d(sample.wi), 0, sample.reach, -1};
+    if (scene_.edits().any_taken(states_, way.q, segment)) return count_taken(way.q, segment), std::nullopt;
   }
   return way;
+}
+
+// Of the entries on the segment that take q, light meets those of the last plane first, there by order.
+void ViewTracer::count_taken(StateId q, const Segment& to_light) {
+  scene_.edits().entries_crossed(Side::Light, to_light, states_.taking_list(q).members, crossings_);
+  const Crossing* taker = nullptr;
+  for (const Crossing& crossing : crossings_)
+    if (!taker || crossing.t != taker->t || crossing.group != taker->group) taker = &crossing;
+  if (taker) ++counts.of_edit(taker->edit).seen;
 }
 
 // Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be seen there.
@@ -117,9 +127,9 @@ void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radian
 }
 
 ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
-  const auto [at_eye, fate] = joins_.arrive(states_, q, joins);
+  const auto [at_eye, fate, taker] = joins_.arrive(states_, q, joins);
   if (fate == Joins::Fate::StatesCapped && !joins_.is_constrained(joins)) return {picture, at_eye, fate};  // lost to the layers alone
-  if (fate != Joins::Fate::Arrives) return {0, at_eye, fate};
+  if (fate != Joins::Fate::Arrives) return {0, at_eye, fate, taker};
   if (!effects_.layers) return {picture, at_eye};
   const StateId whole = states_.next(at_eye, scene_.edits().event_class(Event::E, -1));
   return {states_.images(whole), at_eye, whole == StateTable::dead ? Joins::Fate::StatesCapped : fate};
@@ -128,6 +138,7 @@ ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
 ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
   if (joined.fate == Joins::Fate::GatesCapped) ++counts.gates_capped;
   if (joined.fate == Joins::Fate::StatesCapped) ++counts.states_capped;
+  if (joined.taker >= 0) ++counts.of_edit(joined.taker).seen;
   return joined;
 }
 

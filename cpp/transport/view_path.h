@@ -72,6 +72,7 @@ class ViewTracer {
     ImageSet images = 0;            // that it is part of; none: its q is not in C, or a cap was met on the way
     StateId q = StateTable::dead;   // which edits it met, if it met any
     Joins::Fate fate = Joins::Fate::Arrives;
+    int taker = -1;                 // the edit whose entry kept it from the eye
   };
   struct PhotonRun {  // photons that follow each other in one state, as neighbours often do
     bool asks;        // what becomes of them depends on it
@@ -99,7 +100,7 @@ class ViewTracer {
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
-    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * bundle_[at_].share; });
+    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).show(luminance(radiance) * bundle_[at_].share); });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
@@ -130,6 +131,7 @@ class ViewTracer {
     StateId q;
   };
   [[nodiscard]] std::optional<Unblocked> unblocked(const Vertex& vertex, int light, const DirectSample& sample);
+  void count_taken(StateId q, const Segment& to_light);
   [[nodiscard]] bool is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light);
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v, Seer* seer);

@@ -105,7 +105,7 @@ class _Session:
     """What statistics ask of a session."""
 
     def __init__(self, **row):
-        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "energy_in": 0.0, "energy_out": 0.0, "share": 0.0, "seconds": 0.0, **row}
+        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "seen": 0, "energy_in": 0.0, "energy_out": 0.0, "share": 0.0, "seconds": 0.0, **row}
 
     def progress(self):
         return {"pass": 4}
@@ -125,12 +125,16 @@ def test_figures_in_words():
     assert told == "Took 12.3 k paths, sent on 24.7 k / In 2 W, 20 % of the lamps' light; out 500 µW / 3.1 % of the picture; about 0.4 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
     assert _told(matched=5, capped=2)[0] == "Took 5 paths, sent on 0 / 5 % of the paths from the eye / Absorbed 2 paths at Max Edits per Path"
+    told, statistics = _told(seen=4321, share=0.2, seconds=0.1, crossed=800, probed=4096)  # light that no photon carries
+    assert told == "Took light 4,321 times on its way to the eye / 20 % of the picture; about 0.1 s"
+    assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
+    assert _told(seen=5, crossed=800, probed=4096)[0] == "Took light 5 times on its way to the eye"
     assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees
     assert "No light crosses it at all" in _told(probed=4096)[0]
     told, statistics = _told(crossed=800, probed=4096)
     assert "800 of 4,096 test paths crossed it" in told
     assert statistics.icon(statistics.of("First")) == 'ERROR' and statistics.of("Second") is None
-    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, took 0 % of the view, makes 0 % of the picture, "
+    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, seen 0 times, took 0 % of the view, makes 0 % of the picture, "
                                             "about 0 s, crossed 800 of 4096 test paths"}
     assert _told(crossed=8, probed=4096, taken=900, taker="Second")[0] == "Second takes the light before it comes here"
     assert [statistics.percent(share) for share in (0, 1e-6, 1e-4, 0.031, 0.0999, 0.12, 1)] == ["0 %", "under 0.01 %", "0.01 %", "3.1 %", "10 %", "12 %", "100 %"]

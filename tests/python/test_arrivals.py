@@ -2,7 +2,7 @@
 """What light arrives at an entry (settings: explain_edits), told for artists whose expression finds none."""
 
 import pytest
-from scenes import Scene, diffuse, exit_at, glass, looking, mirror, quad, render
+from scenes import Scene, diffuse, emission, exit_at, glass, looking, mirror, quad, render, shader
 from test_words import words
 
 import sluice_core
@@ -127,3 +127,69 @@ def test_of_long_words_the_ends_are_told():
     scene.edit("L", quad((0, 0, 0), (0.2, 0, 0), (0, 0.5, 0)), AWAY)
     expression, share = found(scene).edit()["arrivals"][0]
     assert expression in {"L'Sun'.*S'Left'", "L'Sun'.*S'Right'"} and share > 0.3
+
+
+# --- light that the eye's segments meet and no photon carries (`seen`) -----------------------------------------------------------------------
+
+
+def glowing_scene(expression, exits=(), **more):
+    """A floor of radiance 2 and an entry before the camera: all light is emission that the eye sees."""
+    scene = Scene(size=16)
+    scene.floor(emission(2.0))
+    scene.edit(expression, quad((0, 0, 1), *HALF), exits, **more)
+    return scene
+
+
+def lamp_scene(expression, **more):
+    """A lamp over a floor, seen past an entry between them."""
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.8))
+    scene.point((0, 0, 2), 40.0, radius=0.1)
+    scene.edit(expression, quad((0, 0, 1), *HALF), **more)
+    return scene
+
+
+def acts_unmatched(done):
+    edit = done.edit()
+    return edit["matched"] == 0 < edit["seen"] and "no light that matches" not in done.statistics["report"]
+
+
+def test_emission_that_the_eye_sees():
+    """Each sample that the entry darkens, or the exit lights, is one; an edit that finds none is still told so."""
+    dark = found(glowing_scene("L"))
+    assert acts_unmatched(dark)
+    assert dark.edit()["seen"] == pytest.approx((1 - dark["Emission"].mean() / 2) * 16 * 16)
+    moved = found(glowing_scene("L", [exit_at((0.5, 0.5, 2), *HALF, intensity=3.0)]))
+    assert acts_unmatched(moved) and dark.edit()["seen"] < moved.edit()["seen"] and moved.edit()["share"] > 0.1
+    assert f"took light {moved.edit()['seen']} times on its way to the eye, makes" in moved.statistics["report"]
+    none = found(glowing_scene("LD"))
+    assert none.edit()["matched"] == none.edit()["seen"] == 0 and "no light that matches crossed the entry" in none.statistics["report"]
+
+
+@pytest.mark.parametrize(("expression", "floor"), [("L", None), ("L'World'", None), ("LS", mirror(0.9)), ("LD", diffuse(0.8))])
+def test_the_world_a_mirror_and_the_last_bounce(expression, floor):
+    """The world seen at once and in a mirror; light that a photon, which ends at max_depth, does not bring so far."""
+    scene = Scene(size=16)
+    scene.description["world"] = {"name": "World", "material": scene.material([shader("Background", (1, 1, 1), Strength=1.0)])}
+    if floor:
+        scene.floor(floor)
+    scene.edit(expression, quad((0, 0, 1), *HALF))
+    assert acts_unmatched(found(scene, max_depth=1))
+
+
+@pytest.mark.parametrize("height", [0.5, 1.0, 1.5])
+def test_a_shadow_segment_is_taken_by_the_entry_next_to_the_lamp(height):
+    """Of two entries on it, as light comes; in one plane, by order."""
+    scene = lamp_scene("L")
+    scene.edit("L", quad((0, 0, height), *HALF), name="Other")
+    done = found(scene, use_indirect=False)
+    first, last = ("Other", "Edit") if height > 1 else ("Edit", "Other")
+    assert done.edit(first)["seen"] > 20 and done.edit(last)["seen"] == 0
+
+
+def test_no_light_outside_a_spots_cone():
+    scene = Scene(size=16)
+    scene.floor(diffuse(0.8))
+    scene.light("Spot", "Spot", looking((0, 0, 2), (1, 0, 0)), 40.0, spot_angle=0.5)
+    scene.edit("L", quad((0, 0, 1), *HALF))
+    assert found(scene, use_indirect=False).edit()["seen"] == 0
