@@ -182,6 +182,26 @@ TEST(EyeOracle, view_edits) {
   compare("view edits in a chain", s, Which::Eye, everything);
 }
 
+// Next-event estimation sees a lamp past a view edit that takes the path on to it: then the lamp's reflection is not there. The lamp is
+// about as wide as the lobe, so that both ways of MIS have much of the light.
+TEST(EyeOracle, view_edits_between_rough_followed_lobes_and_a_lamp) {
+  Stage s(false);
+  s.scene.specular_threshold = 0.35f;
+  s.scene.materials[0] = glossy({0.9f, 0.8f, 0.7f}, 0.3f);
+  s.lamp("Lamp", LightKind::Area, facing({0, 1.6, 1.75}, {0, 1.6, 1.75}), 10).size_x = 0.4f;
+  compare("a rough mirror and a lamp", s, Which::Eye, everything);
+  auto& e = s.edit("In", "S'Floor'E", facing({0, -0.6, 1}, {0.1, 0.8, 0.9}), 0.25);
+  compare("the reflection of a lamp removed", s, Which::Eye, everything);
+  s.scene.edits[0].amount = 0.6f, s.scene.edits[0].feather = 0.5f;
+  compare("partly", s, Which::Eye, everything);
+  s.exit(e, facing({0.2, -0.6, 1}, {-0.15, 0.7, 0.8}), 0.3).hue_shift = 1;
+  compare("and moved", s, Which::Eye, everything);
+  s.scene.materials[0] = mixed(painted({0.7f, 0.4f, 0.3f}), s.scene.materials[0], 0.5f);
+  compare("of plastic, whose other lobe keeps its light", s, Which::Eye, everything);
+  s.scene.edits[0].expression = "F S E";
+  compare("an edit that does not match", s, Which::Eye, everything);
+}
+
 TEST(EyeOracle, view_and_light_edits_together) {
   Stage s = with_mirror();
   auto& v = s.edit("View", "SE|E", facing({0, -0.6, 1}, {0.1, -0.3, 0.6}), 0.3);
