@@ -17,7 +17,7 @@ CameraDescription random_camera(Random& random, bool has_lens) {
   camera.shift_x = static_cast<float>(random.real(-0.4, 0.4)), camera.shift_y = static_cast<float>(random.real(-0.4, 0.4));
   camera.clip_start = 0.001f;
   if (has_lens) {
-    camera.aperture_radius = static_cast<float>(random.real(0.01, 0.3)), camera.focus_distance = static_cast<float>(random.real(0.5, 6));
+    camera.aperture_radius = static_cast<float>(random.real(0.01, 1)), camera.focus_distance = static_cast<float>(random.real(0.5, 6));
     camera.aperture_ratio = static_cast<float>(random.real(0.5, 2)), camera.aperture_blades = random.unit() < 0.5f ? 0 : 5;
   }
   return camera;
