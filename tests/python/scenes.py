@@ -178,7 +178,7 @@ def render(scene, **settings):
     """Renders to the end and checks what holds of every render: it finished, the energy ledger closes, every number is finite, and the
     parts sum to Combined."""
     session = start(scene, **settings)
-    while not session.wait(1.0):
+    while not session.wait(10.0):
         pass
     done = Render(session) if session.progress()["state"] == "finished" else None
     assert done, session.progress()
