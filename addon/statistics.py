@@ -27,8 +27,9 @@ def remember(session):
 
 def _read(row, told, passes):
     part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
-    return Found(row["matched"], row["moved"], row["capped"], row["seen"], row["energy_in"] / passes, row["energy_out"] / passes, part / whole if whole else 0,
-                 row["share"], row["seconds"], row.get("crossed", 0), row.get("probed", 0), taker(row), row.get("arrivals", ()))
+    return Found(row["matched"], row["moved"], row["capped"], row["seen"], row["energy_in"] / passes, row["energy_out"] / passes,
+                 part / whole if whole else 0, row["share"], row["seconds"], row.get("crossed", 0), row.get("probed", 0), taker(row),
+                 row.get("arrivals", ()))
 
 
 def taker(row):
@@ -108,9 +109,9 @@ def power(watts):
 
 def stamp(found):
     """One line for the header of the image's file."""
-    return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, seen {found.seen} times, "
-            f"took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, makes {100 * found.share:.4g} % of the picture, "
-            f"about {found.seconds:.2g} s, crossed {found.crossed} of {found.probed} test paths")
+    return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, "
+            f"seen {found.seen} times, took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, "
+            f"makes {100 * found.share:.4g} % of the picture, about {found.seconds:.2g} s, crossed {found.crossed} of {found.probed} test paths")
 
 
 def stamps():
