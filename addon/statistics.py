@@ -78,6 +78,8 @@ def lines(found):
         told.append((f"{percent(found.taken)} of the paths from the eye", 'BLANK1'))
     if shows(found):
         told.append((f"{percent(found.share)} of the picture; about {found.seconds:.2g} s", 'BLANK1'))
+        if found.share == 0:
+            told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
     return told

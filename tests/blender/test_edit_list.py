@@ -129,6 +129,7 @@ def test_figures_in_words():
     assert told == "Took light 4,321 times on its way to the eye / 20 % of the picture; about 0.1 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
     assert _told(seen=5, crossed=800, probed=4096)[0] == "Took light 5 times on its way to the eye"
+    assert _told(matched=5, moved=5)[0].endswith("The picture has nothing of it: is an exit behind a surface, or out of sight?")
     assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees
     assert "No light crosses it at all" in _told(probed=4096)[0]
     told, statistics = _told(crossed=800, probed=4096)
