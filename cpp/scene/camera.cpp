@@ -89,6 +89,11 @@ std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   return V2d((to.dot(V3d(right_)) * scale - low_x_) / step_x_, (to.dot(V3d(up_)) * scale - low_y_) / step_y_);
 }
 
+bool Camera::is_invertible() const noexcept {
+  constexpr float right_angle = 1e-5f;
+  return clip_start_ >= 0 && std::abs(right_.dot(up_)) < right_angle && std::abs(up_.dot(forward_)) < right_angle && std::abs(forward_.dot(right_)) < right_angle;
+}
+
 // The circle of confusion: the lens point p sees at pixel x what lies at (x z + p (1 - z / focus)) on a plane at depth z.
 double Camera::blur(double depth) const noexcept {
   if (!(aperture_ > 0)) return 0;

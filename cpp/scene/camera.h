@@ -24,6 +24,8 @@ class Camera {
   [[nodiscard]] CameraRay generate(float x, float y, const V2f& lens) const noexcept;
   [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
+  // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start behind the camera.
+  [[nodiscard]] bool is_invertible() const noexcept;
   [[nodiscard]] double blur(double depth) const noexcept;                          // pixels: most distance from project() at which the lens shows a point
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
 

@@ -18,6 +18,7 @@ struct Rectangle {
 // All pixels whose rays may meet the quad, the camera's blur included; empty: none can. Projections keep lines straight and blur is
 // largest at a corner, so the corners tell.
 std::optional<Rectangle> seen(const Quad& quad, const Camera& camera, const Rectangle& frame, double beside) {
+  if (!camera.is_invertible()) return frame;
   std::optional<Rectangle> all;
   int behind = 0;
   for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) {
