@@ -282,7 +282,7 @@ RenderSettings read_settings(const py::dict& settings) {
   r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics), r.value("use_edited", t.use_edited);
   r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits), r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);
   r.value("caustic_radius_factor", t.caustic_radius_factor), r.value("caustic_radius_range", t.caustic_radius_range);
-  r.value("soft_caustic_range", t.soft_caustic_range);
+  r.value("soft_range", t.soft_range);
   r.value("use_adaptive_sampling", t.use_adaptive_sampling), r.value("threads", s.threads), r.value("frame", s.frame);
   t.seed = static_cast<std::uint64_t>(seed);
   s.error_target = error_percent / 100;

@@ -77,7 +77,7 @@ void Session::launch(RenderSettings settings, Compile compile) {
     const auto bound = [](float& x, float least, float otherwise) { x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise; };
     bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
     bound(t.caustic_radius_range, 1, TransportSettings().caustic_radius_range);
-    bound(t.soft_caustic_range, 1, TransportSettings().soft_caustic_range);
+    bound(t.soft_range, 1, TransportSettings().soft_range);
     if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
     progress_.passes = settings_.passes;

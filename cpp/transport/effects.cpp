@@ -47,7 +47,7 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   effects.words = effects.light_edits || effects.view_edits || effects.layers;
 
   if (effects.caustics) effects.close_arrivals |= bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic);
-  if (effects.edited) effects.close_arrivals |= bit_of(Arrival::Edited);
+  if (effects.edited) effects.close_arrivals |= bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
   effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
   effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;

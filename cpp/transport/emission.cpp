@@ -113,7 +113,7 @@ std::uint64_t Guide::hash() const noexcept {
   for (const float t : trust.at_v) add(t);
   for (const float t : trust.at_y) add(t);
   add(least_radius), add(most_radius), add(radius), add(caustic_radius);
-  return mix(mix(h, disks.hash()), samples.hash());
+  return mix(mix(h, mix(disks.hash(), soft_disks.hash())), samples.hash());
 }
 
 std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide, const Sampler& sampler) noexcept {

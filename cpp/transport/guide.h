@@ -48,6 +48,25 @@ class AimTable {
   Distribution cells_;
 };
 
+// Radius at v in the first pass that finds a few photons (m): of the smallest cell there that holds any photon of
+// the pilot's. Where those are sparse the small cells are left out, and larger ones know.
+struct Disks {
+  static constexpr double growth = 3;  // of the cells' edge
+  std::vector<Cells> levels;           // the smallest first
+
+  // Null: the pilot found no photon for a long way.
+  [[nodiscard]] const float* find(const V3d& p) const noexcept {
+    for (const Cells& level : levels)
+      if (const float* radius = level.find(p)) return radius;
+    return nullptr;
+  }
+  [[nodiscard]] std::uint64_t hash() const noexcept {
+    std::uint64_t h = 0;
+    for (const Cells& level : levels) h = mix(h, level.hash());
+    return h;
+  }
+};
+
 // Directions as (longitude, cos): areas are kept, density per solid angle = density of (u, v) / 4π.
 [[nodiscard]] inline V2f uv_of_direction(const V3f& d) noexcept {
   const float turn = std::atan2(d.y, d.x) * (0.5f / pi);
@@ -88,7 +107,7 @@ struct Guide {
   // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its aims.
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
-  Cells disks;                              // radius at v in the first pass that finds a few caustic and edited photons (m)
+  Disks disks, soft_disks;                  // of caustics and edited light, and of what is soft of them (photon.h)
   float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells
   SampleMap samples;                        // of each pixel in a pass
 

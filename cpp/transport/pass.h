@@ -29,11 +29,11 @@ inline constexpr float least_radius_of_extent = 1e-6f, most_radius_of_extent = 0
 // r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).
 [[nodiscard]] inline float radius_scale(int pass) noexcept { return static_cast<float>(std::pow(pass + 1.0, -1.0 / 6.0)); }
 
-// The widest disk at v in the first pass, where a common one has this radius: for caustics and edited light; for soft caustics.
+// The widest disk at v in the first pass, where a common one has this radius: for caustics and edited light; for soft ones.
 [[nodiscard]] inline float widest_disk(const TransportSettings& settings, float radius) noexcept { return settings.caustic_radius_range * radius; }
 [[nodiscard]] inline float widest_soft_disk(const TransportSettings& settings, float radius, double extent) noexcept {
   const float widest = widest_disk(settings, radius);
-  return std::max(widest, std::min(settings.soft_caustic_range * widest, most_radius_of_extent * static_cast<float>(extent)));
+  return std::max(widest, std::min(settings.soft_range * widest, most_radius_of_extent * static_cast<float>(extent)));
 }
 
 // Gather radius at y in the first pass. A gather segment stands for a bundle of directions: features below a tenth of its length
@@ -47,8 +47,8 @@ inline constexpr float least_radius_of_extent = 1e-6f, most_radius_of_extent = 0
 // The photons of a pass, sorted.
 struct PhotonSet {
   PhotonMap all;    // every stored photon: what a gather segment's end reads
-  PhotonMap soft;   // soft caustics, what the view path's own vertex reads with a wide disk
   PhotonMap close;  // caustics and edited light: what the view path's own vertex reads, with a smaller radius
+  PhotonMap soft;   // what is soft of them (photon.h), read there with a wider disk
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };
 

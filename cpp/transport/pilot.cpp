@@ -22,8 +22,8 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
-constexpr double close_photons = 16, parts_of_way = 3;  // on a disk at v
-constexpr unsigned close_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic) | bit_of(Arrival::Edited);
+constexpr double photons_on_disk = 16, photons_on_soft_disk = 32, parts_of_way = 3;  // at v in the first pass
+constexpr unsigned close_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic) | bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -164,7 +164,9 @@ class Pilot {
     for (LightTracer& tracer : tracers_) tracer.trust_at_y = guide.trust.at_y;
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
-    if (!cancel_) size_disks(guide, seen);
+    const float typical = guide.caustic_radius;
+    guide.disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, seen);
+    guide.soft_disks = size_disks(close_arrivals & soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, seen);
     return guide;
   }
 
@@ -257,30 +259,35 @@ class Pilot {
 
   // How wide a disk at v must be to hold some of the photons that come by mirrors, glass and exits: a part of the way within which lie
   // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
-  // sharp. Cells that no photon at all lies in are left out.
-  void size_disks(Guide& guide, const VisibleCells& seen) {
-    const double most = widest_soft_disk(settings_, guide.caustic_radius, scene_.extent());
-    const double reach = most * parts_of_way, near = widest_disk(settings_, guide.caustic_radius) * parts_of_way;
-    const double photons = close_photons * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
+  // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk.
+  Disks size_disks(unsigned arrivals, float typical, double widest, double held, const VisibleCells& seen) {
+    const double reach = widest * parts_of_way, near = typical * settings_.caustic_radius_range * parts_of_way;
+    const double photons = held * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
     const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
     PhotonMap map;
-    map.build(photons_, close_arrivals, static_cast<float>(reach / 2), pool_, cancel_);
-    guide.disks = Cells(guide.caustic_radius);
-    for (const auto& chunk : photons_)
-      for (const Photon& photon : chunk)
-        if (seen.contains(photon.position)) guide.disks.at(V3d(photon.position));
+    map.build(photons_, arrivals, static_cast<float>(reach / 2), pool_, cancel_);
+    Disks disks;
+    if (map.size() == 0) return disks;
     std::vector<float> distance2;
-    guide.disks.change_all([&](const V3d& p, float) {
+    const auto disk_at = [&](const V3d& p, float) {
       for (const double within : {near, reach}) {  // where there are many they are close by
         distance2.clear();
         if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
         if (distance2.size() >= wanted) break;
       }
-      if (distance2.size() < wanted) return static_cast<float>(most * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
+      if (distance2.size() < wanted) return static_cast<float>(widest * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
       const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
       std::ranges::nth_element(distance2, last);
       return static_cast<float>(std::sqrt(*last) / parts_of_way);
-    });
+    };
+    for (double edge = typical; edge < widest; edge *= Disks::growth) {
+      Cells& cells = disks.levels.emplace_back(edge);
+      for (const auto& chunk : photons_)
+        for (const Photon& photon : chunk)
+          if (seen.contains(photon.position)) cells.at(V3d(photon.position));
+      cells.change_all(disk_at);
+    }
+    return disks;
   }
 
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {

@@ -182,9 +182,9 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const float radius = common_radius(path), *needed = guide_->disks.find(v.hit.position);
-  add_density(path, v, photons_->close, disk_radius(radius, needed, widest_disk(settings_, radius)));
-  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, needed, widest_soft_disk(settings_, radius, scene_.extent())));
+  const float radius = common_radius(path);
+  if (photons_->close.size() > 0) add_density(path, v, photons_->close, disk_radius(radius, guide_->disks, v, widest_disk(settings_, radius)));
+  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, guide_->soft_disks, v, widest_soft_disk(settings_, radius, scene_.extent())));
 }
 
 void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {
@@ -193,21 +193,20 @@ void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const Photon
     ++counts.gathers;
     const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     PhotonRun run{asks_photons(joins), asked, sums};
-    std::array<Color, arrival_count> sum;
-    sum.fill(Color(0));
+    Color caustics(0), edited(0);
     estimate_density(map, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
       if (run.is_new(photon)) start_run(run, photon, joins);
-      if (run.is_plain) return void((++counts.photons_gathered, sum[static_cast<std::size_t>(photon.arrival)] += radiance));
+      if (run.is_plain) return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
       Joined to = counted(run.to);
       if (!to.images) return;
       ++counts.photons_gathered;
-      if (sums) sum[static_cast<std::size_t>(photon.arrival)] += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
-      if (to.images) add(photon.arrival == Arrival::Edited ? Part::Edited : Part::Caustics, path, radiance, to);
+      if (sums) (is_edited(photon.arrival) ? edited : caustics) += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
+      if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
     });
     if (!sums) continue;
-    add(Part::Caustics, path, sum[static_cast<std::size_t>(Arrival::Caustic)] + sum[static_cast<std::size_t>(Arrival::SoftCaustic)], {picture});
-    add(Part::Edited, path, sum[static_cast<std::size_t>(Arrival::Edited)], {picture});
+    add(Part::Caustics, path, caustics, {picture});
+    add(Part::Edited, path, edited, {picture});
   }
 }
 
