@@ -5,7 +5,7 @@ A short session of its own with an entry that takes nothing (no path has two lam
 import bpy
 import numpy as np
 
-from . import compat, core, export, final, operators, statistics, words
+from . import compat, core, export, final, operators, places, statistics, words
 from .edit_panels import language
 from .export.names import Names
 from .export.settings import export_settings
@@ -109,7 +109,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
     def _ask(self, context):
-        matrix = np.array(operators.place_of(context, self.size)[0])
+        matrix = np.array(places.find(context, self.size)[0])
         return ask(context.evaluated_depsgraph_get(), bpy.data.collections, matrix)
 
     def _fail(self, error):

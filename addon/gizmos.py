@@ -13,6 +13,7 @@ from mathutils import Matrix, Vector
 from . import overlay
 
 _ARROW = 0.7  # of the smaller half side: how far the arrow's head is out at intensity 1
+_LEAN = 0.4   # radians off the line of sight, at least: else an arrow that points at the eye is a dot, which nobody can drag
 _before = None  # the values that are dragged, as they were
 
 
@@ -31,6 +32,24 @@ def _frame(item):
     z = x.cross(y).normalized()
     z *= math.copysign(1, z.dot(matrix.col[2].xyz))
     return Matrix((x, z.cross(x), z)).transposed().to_4x4(), matrix.translation
+
+
+def _leaning(axis, towards_eye, up):
+    """An arrow's unit direction as it is drawn: its axis, turned away from the line of sight as far as it takes to see it. All unit
+    vectors; `up`: in the picture."""
+    along = axis.dot(towards_eye)
+    across = axis - towards_eye * along
+    if across.length >= math.sin(_LEAN):
+        return axis
+    across = across.normalized() if across.length > 1e-3 else up
+    return towards_eye * math.copysign(math.cos(_LEAN), along) + across * math.sin(_LEAN)
+
+
+def _arrow_axes(axes, centre, region_3d):
+    """The axes of a quad for its arrow."""
+    back, z = region_3d.view_matrix.inverted(), axes.col[2].xyz
+    towards_eye = (back.translation - centre).normalized() if region_3d.is_perspective else back.col[2].xyz
+    return z.rotation_difference(_leaning(z, towards_eye, back.col[1].xyz)).to_matrix().to_4x4() @ axes
 
 
 def _sides(item):
@@ -147,7 +166,7 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
         gizmo.color_highlight = (1.0, 1.0, 1.0)
         return gizmo
 
-    def draw_prepare(self, _context):
+    def draw_prepare(self, context):
         item = _active()
         if _before is not None and not any(gizmo.is_modal for gizmo in self.gizmos) and not bpy.app.timers.is_registered(_end):
             bpy.app.timers.register(_end)
@@ -155,9 +174,11 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
             return
         axes, centre = _frame(item)
         is_exit = item.sluice.role == 'EXIT'
+        self.size.matrix_basis = self.hue.matrix_basis = Matrix.Translation(centre) @ axes
         for gizmo in (self.size, self.intensity, self.hue):
-            gizmo.matrix_basis = Matrix.Translation(centre) @ axes
             gizmo.color = overlay.EXIT if is_exit else overlay.ENTRY
+        if not self.intensity.is_modal:  # a hand on it must not feel it turn
+            self.intensity.matrix_basis = Matrix.Translation(centre) @ _arrow_axes(axes, centre, context.region_data)
         self.intensity.hide = self.hue.hide = not is_exit
         hue = item.sluice.hue_shift
         if is_exit and hue != 0:  # the needle shows how far, the colour what becomes of red

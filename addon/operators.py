@@ -2,13 +2,12 @@
 """Making and linking edits: Add ▸ Light Edit, what becomes of the light, exits for an entry, selection along the links."""
 import math
 
-import bmesh
 import bpy
-import numpy as np
-from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
-from mathutils import Matrix, Vector
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
+from mathutils import Matrix
 
-from . import compat, kinds, placement, translations
+from . import compat, kinds, placement, places, translations
+
 
 def new_empty(context, name, matrix, role):
     item = bpy.data.objects.new(name, None)
@@ -46,51 +45,6 @@ def entry_of(item):
     return item if item.sluice.role == 'ENTRY' else None
 
 
-def _selected_faces(context):
-    """(points, normal) in world space of the faces selected in edit mode (else the active one), or None."""
-    points, normal = [], Vector()
-    for item in context.objects_in_mode_unique_data if context.mode == 'EDIT_MESH' else ():
-        mesh = bmesh.from_edit_mesh(item.data)
-        faces = [face for face in mesh.faces if face.select] or [face for face in (mesh.faces.active,) if face]
-        turn = item.matrix_world.to_3x3().inverted_safe().transposed()
-        for face in faces:
-            points += [item.matrix_world @ vertex.co for vertex in face.verts]
-            normal += (turn @ face.normal).normalized() * face.calc_area()
-    return (np.array(points), np.array(normal)) if points else None
-
-
-def place_of(context, size):
-    """(matrix, whether faces are selected) of where an edit would be made: on the selected faces, else at the 3D cursor."""
-    faces = _selected_faces(context)
-    if faces is not None:
-        return Matrix(placement.fit_quad(*faces)), True
-    matrix, distance = _at_cursor(context)
-    return matrix @ Matrix.Scale((size or _SHARE_OF_DISTANCE * distance) / 2, 4), False
-
-
-_SHARE_OF_DISTANCE = 0.12  # side of a new quad, of the way from the eye: it covers a part of the view, whatever the scene's scale
-_TOUCHES = 0.02            # of that way: so near to the cursor is the surface that it was set on
-
-
-def _at_cursor(context):
-    """(matrix, distance from the eye) at the 3D cursor: lying on the surface that the view shows there, if it shows one, else turned as
-    the cursor is. Without a view: as if 8 m away."""
-    cursor, view = context.scene.cursor.matrix, context.region_data
-    if view is None:
-        return cursor, 1 / _SHARE_OF_DISTANCE
-    place, back = cursor.translation, view.view_matrix.inverted()
-    forward = -back.col[2].to_3d()
-    distance = (place - back.translation).length if view.is_perspective else view.view_distance
-    direction = (place - back.translation).normalized() if view.is_perspective else forward
-    start = back.translation if view.is_perspective else place - forward * (10 * distance)
-    hit, found, normal, *_ = context.scene.ray_cast(context.evaluated_depsgraph_get(), start, direction)
-    if not hit or (found - place).length > _TOUCHES * distance:
-        return cursor, distance
-    x, y, z = placement.frame_from_normal(normal if normal.dot(direction) < 0 else -normal)
-    turn = Matrix((x, y, z)).transposed().to_4x4()
-    return Matrix.Translation(found) @ turn, distance
-
-
 ACTIONS = (
     ('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
     ('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
@@ -110,6 +64,8 @@ class _Change:
                              default=0.0, soft_min=-math.pi, soft_max=math.pi)
     intensity: FloatProperty(name="Intensity", description="Factor on the energy, for Dim", default=0.5, min=0.0, soft_max=2.0, max=1e4)
 
+    to_cursor: BoolProperty(name="To Cursor", description="The 3D cursor is where the light shall go, for Move", default=False)
+
     def change(self, context, entry, action):
         """Returns the exit that the artist will want to touch next, or the entry."""
         if action == 'REMOVE':
@@ -117,6 +73,8 @@ class _Change:
                 bpy.data.objects.remove(item)
             return entry
         exits = exits_of(entry)
+        if action == 'MOVE' and self.to_cursor:
+            return self._move_to_cursor(context, context.object if context.object in exits else exits[0] if exits else self._stay(context, entry))
         if action == 'MOVE':
             return self._move(exits[0], entry) if exits else self._add_exit(context, entry, Matrix(placement.beside(entry.matrix_world)))
         exits = exits or [self._stay(context, entry)]
@@ -126,9 +84,17 @@ class _Change:
             elif action == 'DIM':
                 item.sluice.intensity *= self.intensity
         if action == 'COPY':
-            _place, _turn, scale = entry.matrix_world.decompose()
-            return self._add_exit(context, entry, context.scene.cursor.matrix @ Matrix.Diagonal((*scale, 1)))
+            return self._move_to_cursor(context, self._add_exit(context, entry, entry.matrix_world))
         return exits[0]
+
+    @staticmethod
+    def _move_to_cursor(context, item):
+        """Lays the exit there, as large as it is."""
+        matrix, _distance = places.at_cursor(context)
+        scale = item.matrix_world.to_scale()
+        item.parent = None
+        item.matrix_world = matrix @ Matrix.Diagonal((*scale, 1))
+        return item
 
     def _move(self, item, entry):
         """The light has an exit: that is the one to be laid elsewhere, beside the entry if it lies upon it."""
@@ -179,7 +145,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
         return context.scene is not None and context.mode in {'OBJECT', 'EDIT_MESH'}
 
     def execute(self, context):
-        matrix, on_faces = place_of(context, self.size)
+        matrix, on_faces = places.find(context, self.size)
         if context.mode != 'OBJECT':
             bpy.ops.object.mode_set(mode='OBJECT')
         entry = new_empty(context, "Light Edit", matrix, 'ENTRY')
@@ -217,6 +183,8 @@ class SLUICE_OT_change_light(_Change, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
+        if properties.action == 'MOVE' and properties.to_cursor:
+            return "The exit goes to the 3D cursor, and lies on the surface there"
         return next(description for name, _label, description, _icon in ACTIONS if name == properties.action)
 
     def execute(self, context):
@@ -356,6 +324,9 @@ class SLUICE_MT_change_light(bpy.types.Menu):
     def draw(self, _context):
         for name, label, _description, icon in ACTIONS:
             self.layout.operator("sluice.change_light", text="Copy to Cursor" if name == 'COPY' else label, icon=icon).action = name
+            if name == 'MOVE':
+                to_cursor = self.layout.operator("sluice.change_light", text="Move to Cursor", icon='CURSOR')
+                to_cursor.action, to_cursor.to_cursor = name, True
 
 
 def draw_add_menu(self, context):

@@ -12,7 +12,7 @@ from mathutils import Color
 from . import compat, edit_list, operators, statistics
 
 ENTRY, EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
-_TOWARDS_EYE = 0.002  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
+_TOWARDS_EYE = 0.004  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
 _DASHES = 9  # along each side
 _handles = []
 
@@ -42,7 +42,7 @@ def _looks(item, scene):
     alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
     found = statistics.of(entry.name) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
-    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not statistics.acted(found)
+    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.acted
 
 
 def _fill(edit, color):
@@ -107,11 +107,12 @@ def _draw():
 
 
 def _draw_names():
-    """The name of each edit in a pale form of its colour: an entry's above it, an exit's below, as one may lie on the other."""
+    """The name of each edit in a pale form of its colour: an entry's above it, an exit's below, as one may lie on the other. Names that
+    would lie on each other are stacked."""
     import blf
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
-    size = 11 * context.preferences.system.ui_scale
+    size, taken = 11 * context.preferences.system.ui_scale, []
     for item in visible_edits(context):
         color, strength, _dashed = _looks(item, context.scene)
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
@@ -120,10 +121,15 @@ def _draw_names():
         above = item.sluice.role == 'ENTRY'
         place = (max if above else min)(corners, key=lambda corner: corner.y)
         compat.text_size(blf, size)
+        width, line = blf.dimensions(0, item.name)[0], (1.3 if above else -1.3) * size
+        x, y = place.x + 4, place.y + (4 if above else -4 - size)
+        while any(abs(y - other_y) < size and x < other_x + other_width and other_x < x + width for other_x, other_y, other_width in taken):
+            y += line
+        taken.append((x, y, width))
         blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))
         blf.enable(0, blf.SHADOW)
         blf.shadow(0, 3, 0, 0, 0, 0.8)
-        blf.position(0, place.x + 4, place.y + (4 if above else -4 - size), 0)
+        blf.position(0, x, y, 0)
         blf.draw(0, item.name)
         blf.disable(0, blf.SHADOW)
 

@@ -16,7 +16,7 @@ _items = []  # Blender keeps no copies of an enumeration's strings
 
 
 def _nouns(_self, context):
-    """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh."""
+    """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh. Blender lists them by the alphabet."""
     scene, found = context.scene, []
     for item in sorted(scene.objects, key=lambda item: item.name):
         if item.type == 'LIGHT':
@@ -24,11 +24,11 @@ def _nouns(_self, context):
         elif item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
             found.append(("F", item.name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
         elif item.type in {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}:
-            found += [("S", item.name, "mirrored or refracted", 'OBJECT_DATA'), ("D", item.name, "diffuse", 'OBJECT_DATA')]
+            found += [("S", item.name, "mirrored or refracted", 'OBJECT_DATA'), ("D", item.name, "scattered", 'OBJECT_DATA')]
     found += [("X", item.name, "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
         found.append(("L", scene.world.name, "the world", 'WORLD'))
-    found = {f"{kind}:{name}": (f"{kind}{names.quoted([name])}  {told}", icon) for kind, name, told, icon in found}
+    found = {f"{kind}:{name}": (f"{name}, {told}: {kind}{names.quoted([name])}", icon) for kind, name, told, icon in found}
     items = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(found.items())] or [("", "Nothing to name", "")]
     if items != _items:  # strings that Blender may still show live on
         _items[:] = items

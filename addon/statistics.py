@@ -9,9 +9,9 @@ import bpy
 
 from . import handlers, status
 
-# seen: times that what the eye sees met light that the edit took; powers in W; taken: share of the lamps' light, or of the paths from the
-# eye; share: of the picture; taker: an edit that takes most of the light before; arrivals: [(word, share)]
-Found = namedtuple("Found", "matched moved capped seen power_in power_out taken share seconds crossed probed taker arrivals")
+# acted: it took light, or paths from the eye; powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the
+# picture; taker: an edit that takes most of the light before; arrivals: [(word, share)]
+Found = namedtuple("Found", "matched moved capped acted power_in power_out taken share seconds crossed probed taker arrivals")
 METHOD = ("Share: of all light in the picture, what this edit took on its way, as the layer L.*F'…'.*E shows it. Seconds: measured on the paths "
           "behind its squares, over the threads; asking which light crosses them, and gathering it on surfaces, are not in it")
 
@@ -27,7 +27,7 @@ def remember(session):
 
 def _read(row, told, passes):
     part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
-    return Found(row["matched"], row["moved"], row["capped"], row["seen"], row["energy_in"] / passes, row["energy_out"] / passes,
+    return Found(row["matched"], row["moved"], row["capped"], row["acted"], row["energy_in"] / passes, row["energy_out"] / passes,
                  part / whole if whole else 0, row["share"], row["seconds"], row.get("crossed", 0), row.get("probed", 0), taker(row),
                  row.get("arrivals", ()))
 
@@ -47,11 +47,6 @@ def forget(*_):
     _found = {}
 
 
-def acted(found):
-    """Did the edit take light, or paths from the eye?"""
-    return found.matched > 0 or found.seen > 0
-
-
 def shows(found):
     """Does light that it took go on, so that its share and its time say something?"""
     return found.moved > 0 or found.share > 0
@@ -59,26 +54,26 @@ def shows(found):
 
 def icon(found):
     """The mark of an edit in lists."""
-    return 'BLANK1' if found is None else 'CHECKMARK' if acted(found) else 'ERROR'
+    return 'BLANK1' if found is None else 'CHECKMARK' if found.acted else 'ERROR'
 
 
 def lines(found):
     """[(sentence, icon)] for the panel."""
     if found is None:
         return []
-    if not acted(found):
+    if not found.acted:
         return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))]
     if found.matched:
         told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK')]
     else:  # no photon came by
-        told = [(f"Took light {status.count(found.seen)} times on its way to the eye", 'CHECKMARK')]
+        told = [("Took light on its way to the eye", 'CHECKMARK')]
     if found.power_in > 0:  # view paths carry none
         told.append((f"In {power(found.power_in)}, {percent(found.taken)} of the lamps' light; out {power(found.power_out)}", 'BLANK1'))
     elif found.matched:
         told.append((f"{percent(found.taken)} of the paths from the eye", 'BLANK1'))
     if shows(found):
         told.append((f"{percent(found.share)} of the picture; about {found.seconds:.2g} s", 'BLANK1'))
-        if found.share == 0:
+        if found.share == 0 < found.power_out:
             told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
@@ -111,9 +106,11 @@ def power(watts):
 
 def stamp(found):
     """One line for the header of the image's file."""
+    took = f"took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, " if found.matched else ""
+    acted = "took light on its way to the eye, " if found.acted and not found.matched else ""
     return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, "
-            f"seen {found.seen} times, took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, "
-            f"makes {100 * found.share:.4g} % of the picture, about {found.seconds:.2g} s, crossed {found.crossed} of {found.probed} test paths")
+            f"{took}{acted}makes {100 * found.share:.4g} % of the picture, about {found.seconds:.2g} s, "
+            f"crossed {found.crossed} of {found.probed} test paths")
 
 
 def stamps():

@@ -20,7 +20,7 @@ FRENCH = {
     "Load Expression": "Charger l'expression", "Save Expression": "Enregistrer l'expression", "Take This Light": "Prendre cette lumière",
     "Edit Light Here": "Éditer la lumière ici", "Light That Arrives Here": "Lumière qui arrive ici",
     "How This Was Measured": "Comment cela a été mesuré", "Enable Light Edits": "Activer les éditions",
-    "Change Light": "Changer la lumière", "Move": "Déplacer", "Copy": "Copier",
+    "Change Light": "Changer la lumière", "Move": "Déplacer", "Copy": "Copier", "Move to Cursor": "Déplacer au curseur",
     "Copy to Cursor": "Copier au curseur", "Recolour": "Recolorer", "Dim": "Atténuer", "Remove": "Retirer", "Apply": "Appliquer",
     # kinds of light
     "Caustic": "Caustique", "Straight Light": "Lumière directe", "Colour Bleeding": "Débordement de couleur",

@@ -73,7 +73,7 @@ py::dict statistics_of(const Session& session) {
     py::dict edit;
     edit["name"] = s.edit_names[e], edit["matched"] = c.edits[e].matched, edit["moved"] = c.edits[e].moved, edit["capped"] = c.edits[e].capped;
     edit["energy_in"] = c.edits[e].energy_in, edit["energy_out"] = c.edits[e].energy_out;
-    edit["seen"] = c.edits[e].seen, edit["share"] = e < s.edit_shares.size() ? s.edit_shares[e] : 0.0, edit["seconds"] = c.edits[e].seconds / s.threads;
+    edit["acted"] = c.edits[e].has_acted(), edit["share"] = e < s.edit_shares.size() ? s.edit_shares[e] : 0.0, edit["seconds"] = c.edits[e].seconds / s.threads;
     if (e < s.arrivals.size()) {
       py::list arrivals;
       for (const auto& kind : s.arrivals[e].kinds) arrivals.append(py::make_tuple(kind.expression, kind.share));

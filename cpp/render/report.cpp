@@ -19,7 +19,7 @@ std::string figures(const Statistics& s, std::size_t e) {
   std::string text = "edit " + s.edit_names[e] + format(": took %llu paths, sent on %llu, capped %llu", static_cast<unsigned long long>(edit.matched),
                                                         static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
   if (edit.energy_in > 0) text += format(", energy out / in %.4g, took %.3g %% of the lamps' light", edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
-  if (edit.matched == 0 && edit.seen > 0) text += format(", took light %llu times on its way to the eye", static_cast<unsigned long long>(edit.seen));
+  if (edit.matched == 0 && edit.has_acted()) text += ", took light on its way to the eye";
   if (e < s.edit_shares.size() && (edit.moved > 0 || edit.shown > 0)) text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e], edit.seconds / s.threads);
   return text + '\n';
 }

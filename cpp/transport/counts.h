@@ -35,16 +35,14 @@ struct EditCounts {
   std::uint64_t moved = 0;    // copies sent on by exits
   std::uint64_t capped = 0;   // absorbed at max_gates
   double energy_in = 0, energy_out = 0;
-  // How often view, shadow and gather segments met light that it took, shown or kept from the picture. Not all such light is photons'
-  // (emission that the eye sees, next-event estimation, the last bounce): then this alone tells that it acts.
-  std::uint64_t seen = 0;
-  double shown = 0;    // luminance that this light brings to all samples of the picture
+  double shown = 0;   // luminance that light it took brings to all samples of the picture
+  bool kept = false;  // did it keep light from the picture that came as far as a view, shadow or gather segment?
   double seconds = 0;  // of a thread, on paths beyond its gates; no part of any picture, and another each time
 
-  [[nodiscard]] bool has_acted() const noexcept { return matched > 0 || seen > 0; }
-  void show(double luminance) noexcept { shown += luminance, ++seen; }
+  // Not all light is photons': of emission that the eye sees, next-event estimation and the last bounce only the eye's segments tell.
+  [[nodiscard]] bool has_acted() const noexcept { return matched > 0 || shown > 0 || kept; }
   void operator+=(const EditCounts& o) noexcept {
-    matched += o.matched, moved += o.moved, capped += o.capped, seen += o.seen;
+    matched += o.matched, moved += o.moved, capped += o.capped, kept |= o.kept;
     energy_in += o.energy_in, energy_out += o.energy_out, shown += o.shown, seconds += o.seconds;
   }
 };

@@ -186,7 +186,7 @@ void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& f
   BundleMember& member = members_[seer.sample];
   member.sample.parts[static_cast<std::size_t>(Part::Indirect)] += radiance;
   for (std::size_t l = 0; l < member.layers.size(); ++l) member.layers[l] += light.layers[l] * whole;
-  for (const auto& [edit, part] : light.taken) counts.of_edit(static_cast<int>(edit)).show(luminance(part * whole) * bundle_[seer.sample].share);
+  for (const auto& [edit, part] : light.taken) counts.of_edit(static_cast<int>(edit)).shown += luminance(part * whole) * bundle_[seer.sample].share;
 }
 
 }  // namespace sluice

@@ -23,25 +23,25 @@ bool ViewTracer::can_leave(ViewPath& path) {
 
 // Is there a gate of light edits on the segment? An entry alone is one only for light that starts at the segment's far end (null:
 // nothing there) or at a lamp; behind an exit any may be.
-bool ViewTracer::meets_light_gate(const ViewPath& path, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
+bool ViewTracer::meets_light_gate(const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
-  const bool has_exits = edits.has_exits(Side::Light) && may_meet_gate(Side::Light, path);
-  if (has_exits) {
+  if (asks.exits) {
     ++counts.edit_queries;
     if (edits.any_exit_crossed(Side::Light, segment, edits.takers(Side::Light))) return true;
   }
+  if (!asks.entries) return false;
   const EditSet takers = takers_from(far, any_lobe, lamps);
   if (is_empty(takers)) return false;
-  counts.edit_queries += !has_exits;
+  counts.edit_queries += !asks.exits;
   return edits.any_entry_crossed(Side::Light, segment, takers);
 }
 
 // The gates on a segment in the order of the ray, and the lamps between them.
-ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, const Vertex* far, std::span<LampHit> lamps) {
+ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far, std::span<LampHit> lamps) {
   const Edits& edits = scene_.edits();
   Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
   std::optional<Crossing> capture;
-  if (effects_.view_edits && !states_.takes_none(path.state) && may_meet_gate(Side::View, path)) {
+  if (asks.view_entries) {
     ++counts.edit_queries;
     capture = edits.first_taken(states_, path.state, segment);
     if (capture) segment.t_max = capture->t;
@@ -53,7 +53,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, double t_end, const Ver
         lamp.t = std::numeric_limits<double>::infinity();  // done
       }
   };
-  if (effects_.light_edits && (capture || meets_light_gate(path, segment, far, lamps))) {
+  if (effects_.light_edits && (capture || meets_light_gate(asks, segment, far, lamps))) {
     edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;

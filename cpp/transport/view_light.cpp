@@ -93,7 +93,7 @@ void ViewTracer::count_taken(StateId q, const Segment& to_light) {
   const Crossing* taker = nullptr;
   for (const Crossing& crossing : crossings_)
     if (!taker || crossing.t != taker->t || crossing.group != taker->group) taker = &crossing;
-  if (taker) ++counts.of_edit(taker->edit).seen;
+  if (taker) counts.of_edit(taker->edit).kept = true;
 }
 
 // Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be seen there.
@@ -138,7 +138,7 @@ ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
 ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
   if (joined.fate == Joins::Fate::GatesCapped) ++counts.gates_capped;
   if (joined.fate == Joins::Fate::StatesCapped) ++counts.states_capped;
-  if (joined.taker >= 0) ++counts.of_edit(joined.taker).seen;
+  if (joined.taker >= 0) counts.of_edit(joined.taker).kept = true;
   return joined;
 }
 
@@ -279,7 +279,7 @@ void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& a
 
 // Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes at its far end (null: nothing
 // met) or of a lamp.
-EditSet ViewTracer::find_takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
+EditSet ViewTracer::takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
   if (far && pass_chance(far->bsdf) > 0) return edits.takers(Side::Light);
   EditSet all;

@@ -118,8 +118,9 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     const double t_end = hit ? hit->t : path.t_max;
     const std::span lamps(lamps_.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
     if (hit) make_vertex(scene_, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
-    if (!lamps.empty() || may_meet_gates(path, hit ? &vertex : nullptr)) {
-      const Went went = cross_gates(path, t_end, hit ? &vertex : nullptr, lamps);
+    const Vertex* far = hit ? &vertex : nullptr;
+    if (const Asks asks = asks_of(path, far, lamps); asks.any() || !lamps.empty()) {
+      const Went went = cross_gates(path, asks, t_end, far, lamps);
       if (went == Went::Nowhere) return false;
       if (went == Went::Elsewhere) continue;
     }

@@ -100,22 +100,25 @@ class ViewTracer {
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
-    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).show(luminance(radiance) * bundle_[at_].share); });
+    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * bundle_[at_].share; });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
   // gates on view segments (view_gates.cpp)
-  [[nodiscard]] Went cross_gates(ViewPath& path, double t_end, const Vertex* far, std::span<LampHit> lamps);
-  // Of a side's gates that are asked by where they lie: rays from the camera know from the picture.
-  [[nodiscard]] bool may_meet_gate(Side side, const ViewPath& path) const noexcept {
-    return !path.is_camera || scene_.has_gate_in_view(side, bundle_[at_].x, bundle_[at_].y);
+  // Which gates does a view segment ask? Nearly always none, told at once: rays from the camera know from the picture where gates lie.
+  struct Asks {
+    bool exits;         // of light edits, where light may have come out
+    bool entries;       // of light edits, that may take light from the segment's far end or from a lamp on it
+    bool view_entries;  // that may take the path
+    [[nodiscard]] bool any() const noexcept { return exits || entries || view_entries; }
+  };
+  [[nodiscard]] Asks asks_of(const ViewPath& path, const Vertex* far, std::span<const LampHit> lamps) const noexcept {
+    const auto in_view = [&](Side side) { return !path.is_camera || scene_.has_gate_in_view(side, bundle_[at_].x, bundle_[at_].y); };
+    return {effects_.light_edits && scene_.edits().has_exits(Side::Light) && in_view(Side::Light), effects_.light_edits && may_be_taken_from(far, lamps),
+            effects_.view_edits && !states_.takes_none(path.state) && in_view(Side::View)};
   }
-  // Nearly never, told at once: does the segment have to ask at all?
-  [[nodiscard]] bool may_meet_gates(const ViewPath& path, const Vertex* far) noexcept {
-    if (effects_.light_edits && ((may_meet_gate(Side::Light, path) && scene_.edits().has_exits(Side::Light)) || may_be_taken_from(far, {}))) return true;
-    return effects_.view_edits && may_meet_gate(Side::View, path) && !states_.takes_none(path.state);
-  }
-  [[nodiscard]] bool meets_light_gate(const ViewPath& path, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
+  [[nodiscard]] Went cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far, std::span<LampHit> lamps);
+  [[nodiscard]] bool meets_light_gate(const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
   [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
@@ -138,13 +141,10 @@ class ViewTracer {
   void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
   void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
-  [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
-    return may_be_taken_from(far, lamps) ? find_takers_from(far, lobes, lamps) : EditSet();
-  }
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
     return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || pass_chance(far->bsdf) > 0;
   }
-  [[nodiscard]] EditSet find_takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
+  [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
   void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The list of edits, what becomes of light, and what a render found at each edit."""
 
+import math
+
 import bpy
 import pytest
+from mathutils import Vector
 
 
 @pytest.fixture
@@ -85,6 +88,22 @@ def test_add_and_change_do_the_same(action, export_now):
     assert [len(edit["exits"]) for edit in export_now()[0]["edits"]] == [counts[action]] * 2
 
 
+@pytest.mark.parametrize("exits", [0, 1, 2])
+def test_move_to_cursor(exits):
+    """The exit that is active, else the first; one that is made if there is none. It keeps its size."""
+    bpy.ops.sluice.add_edit(expression="L", size=0.5, action='REMOVE')
+    entry = bpy.context.object
+    for _ in range(exits):
+        bpy.ops.sluice.add_exit()
+    moved = bpy.context.object if exits else None
+    bpy.context.scene.cursor.location = (9, 2, 3)
+    bpy.ops.sluice.change_light(action='MOVE', to_cursor=True)
+    bpy.context.view_layer.update()
+    assert bpy.context.object == (moved or _exits(entry.name)[0]) and len(_exits(entry.name)) == max(1, exits)
+    assert tuple(bpy.context.object.matrix_world.translation) == (9, 2, 3) and bpy.context.object.parent is None
+    assert bpy.context.object.matrix_world.to_scale() == entry.matrix_world.to_scale()
+
+
 def test_change_keeps_exits_that_are_there(entries):
     bpy.context.view_layer.objects.active = entries[0]
     bpy.ops.sluice.change_light(action='DIM', intensity=0.25)
@@ -105,7 +124,7 @@ class _Session:
     """What statistics ask of a session."""
 
     def __init__(self, **row):
-        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "seen": 0, "energy_in": 0.0, "energy_out": 0.0, "share": 0.0, "seconds": 0.0, **row}
+        self.row = {"name": "First", "matched": 0, "moved": 0, "capped": 0, "acted": bool(row.get("matched")), "energy_in": 0.0, "energy_out": 0.0, "share": 0.0, "seconds": 0.0, **row}
 
     def progress(self):
         return {"pass": 4}
@@ -125,17 +144,18 @@ def test_figures_in_words():
     assert told == "Took 12.3 k paths, sent on 24.7 k / In 2 W, 20 % of the lamps' light; out 500 µW / 3.1 % of the picture; about 0.4 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
     assert _told(matched=5, capped=2)[0] == "Took 5 paths, sent on 0 / 5 % of the paths from the eye / Absorbed 2 paths at Max Edits per Path"
-    told, statistics = _told(seen=4321, share=0.2, seconds=0.1, crossed=800, probed=4096)  # light that no photon carries
-    assert told == "Took light 4,321 times on its way to the eye / 20 % of the picture; about 0.1 s"
+    told, statistics = _told(acted=True, share=0.2, seconds=0.1, crossed=800, probed=4096)  # light that no photon carries
+    assert told == "Took light on its way to the eye / 20 % of the picture; about 0.1 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
-    assert _told(seen=5, crossed=800, probed=4096)[0] == "Took light 5 times on its way to the eye"
-    assert _told(matched=5, moved=5)[0].endswith("The picture has nothing of it: is an exit behind a surface, or out of sight?")
+    assert _told(acted=True, crossed=800, probed=4096)[0] == "Took light on its way to the eye"
+    lost = "The picture has nothing of it: is an exit behind a surface, or out of sight?"
+    assert _told(matched=5, moved=5, energy_in=1.0, energy_out=1.0)[0].endswith(lost) and lost not in _told(matched=5, moved=5, energy_in=1.0)[0]
     assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees
     assert "No light crosses it at all" in _told(probed=4096)[0]
     told, statistics = _told(crossed=800, probed=4096)
     assert "800 of 4,096 test paths crossed it" in told
     assert statistics.icon(statistics.of("First")) == 'ERROR' and statistics.of("Second") is None
-    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, seen 0 times, took 0 % of the view, makes 0 % of the picture, "
+    assert statistics.stamps() == {"First": "matched 0, moved 0, capped 0, in 0 W, out 0 W, makes 0 % of the picture, "
                                             "about 0 s, crossed 800 of 4096 test paths"}
     assert _told(crossed=8, probed=4096, taken=900, taker="Second")[0] == "Second takes the light before it comes here"
     assert [statistics.percent(share) for share in (0, 1e-6, 1e-4, 0.031, 0.0999, 0.12, 1)] == ["0 %", "under 0.01 %", "0.01 %", "3.1 %", "10 %", "12 %", "100 %"]
@@ -259,3 +279,12 @@ def test_a_wrong_edit_is_told_where_light_is_asked_for(entries):
     bpy.data.objects["First Exit"].location.x = 5
     with pytest.raises(RuntimeError, match="First: column 2"):
         bpy.ops.sluice.edit_light_here()
+
+
+def test_an_arrow_that_points_at_the_eye_leans():
+    """As little as it takes to see it, up if it points straight there; others stay as they are."""
+    from sluice import gizmos
+    eye, up = Vector((0, 0, 1)), Vector((0, 1, 0))
+    for axis, seen in (((0, 0, 1), (0, math.sin(gizmos._LEAN), math.cos(gizmos._LEAN))), ((0, 0, -1), (0, math.sin(gizmos._LEAN), -math.cos(gizmos._LEAN))),
+                       ((math.sin(0.1), 0, math.cos(0.1)), (math.sin(gizmos._LEAN), 0, math.cos(gizmos._LEAN))), ((0, 0.6, 0.8), (0, 0.6, 0.8))):
+        assert (gizmos._leaning(Vector(axis), eye, up) - Vector(seen)).length < 1e-6

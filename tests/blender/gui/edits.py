@@ -224,7 +224,7 @@ def head_of(exit_):
     """Where the arrow's head is at intensity 1."""
     from sluice import gizmos
     axes, centre = gizmos._frame(exit_)
-    return centre + axes.col[2].xyz * gizmos._get_intensity()
+    return centre + gizmos._arrow_axes(axes, centre, area('VIEW_3D').spaces.active.region_3d).col[2].xyz * gizmos._get_intensity()
 
 
 def layers_steps():
