@@ -143,6 +143,7 @@ StateId StateTable::append(std::span<const std::uint32_t> content, std::uint64_t
     images_[n] = images_for(copy);
   }
   list_.push_back(list);
+  notes_.push_back(no_note);
   bytes_ += 2 * ((classes_ + copy.size()) * sizeof(StateId) + bytes_of_state);
   std::size_t slot = hash & (index_.size() - 1);
   while (index_[slot] != unknown) slot = (slot + 1) & (index_.size() - 1);

@@ -64,6 +64,10 @@ class StateTable {
   // Edits that have acted on the path, in ascending order; those that do not repeat are used up. The span lives until the next state is interned.
   [[nodiscard]] std::span<const std::uint32_t> used(StateId state) const noexcept;
 
+  // A number that the table's owner notes for a state; `no_note` until then.
+  static constexpr std::uint32_t no_note = ~0u;
+  [[nodiscard]] std::uint32_t& note(StateId state) noexcept { return notes_[state]; }
+
   // The images of a whole path, by its state behind E.
   [[nodiscard]] ImageSet images(StateId state) const noexcept { return images_.empty() ? picture : images_[state]; }
 
@@ -99,6 +103,7 @@ class StateTable {
   std::vector<StateId> next_;                // [state * classes_ + class]
   std::vector<std::uint16_t> gates_;         // [state]
   std::vector<std::uint32_t> list_;          // [state] -> lists_
+  std::vector<std::uint32_t> notes_;         // [state]
   std::vector<ImageSet> images_;             // [state]; empty: there are no layers
   std::vector<std::uint64_t> hash_;          // [state]
   std::vector<std::size_t> begin_;           // [state] -> words_, one more at the end

@@ -162,12 +162,6 @@ bool LightTracer::is_read(const LightPath& path, Arrival arrival, const Vertex& 
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 
-// For the first photon in that state.
-std::uint32_t LightTracer::share_state(StateId q) {
-  if (q >= shared_.size()) shared_.resize(states_.size(), PhotonStates::none);
-  return shared_[q] = shared_states_->number(states_.content(q));
-}
-
 void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
   const Arrival arrival = arrival_of(path.last, path.was_diffuse);
   if (!is_read(path, arrival, vertex)) return;
@@ -177,9 +171,9 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
   if (shared_states_) {
-    std::uint32_t q = path.q < shared_.size() ? shared_[path.q] : PhotonStates::none;
-    if (q == PhotonStates::none) [[unlikely]] {
-      q = share_state(path.q);
+    std::uint32_t& q = states_.note(path.q);
+    if (q == PhotonStates::none) [[unlikely]] {  // the first photon in that state
+      q = shared_states_->number(states_.content(path.q));
       if (q == PhotonStates::none) return void(++counts.states_capped);
     }
     photon.q = q;

@@ -67,7 +67,6 @@ class LightTracer {
   [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept;
   double push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
   [[nodiscard]] bool is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept;
-  [[nodiscard]] std::uint32_t share_state(StateId q);
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
   [[nodiscard]] bool take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept;
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
@@ -77,8 +76,7 @@ class LightTracer {
   const TransportSettings& settings_;
   const Effects& effects_;
   PhotonStates* shared_states_;
-  std::vector<std::uint32_t> shared_;  // [state] -> its number there, so far
-  StateTable states_;
+  StateTable states_;  // which notes the numbers that states have there
   Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   bool is_watched_ = false;     // someone asks what happens to the paths
   std::array<LightPath, split_budget + max_lobes> branches_;

@@ -8,13 +8,14 @@
 #include <span>
 #include <vector>
 
+#include "edit/path_state.h"
 #include "transport/photon.h"
 
 namespace sluice {
 
 class PhotonStates {
  public:
-  static constexpr std::uint32_t none = ~0u;
+  static constexpr std::uint32_t none = StateTable::no_note;
 
   // Locks; callers remember the answer. None: a photon has no room for more.
   [[nodiscard]] std::uint32_t number(std::span<const std::uint32_t> content) {
