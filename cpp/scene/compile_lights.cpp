@@ -123,15 +123,50 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
   sizeless.report("the lamp has no area: the light is off", warnings);
 }
 
+namespace {
+
+// The surface that shines.
+struct Shape {
+  V3d middle;
+  float reach;  // all of it is so near to the middle (m)
+  int front;    // of a closed one, whose areas times normals sum up to nothing: do those look out (1) or in (-1), as its volume tells? Else 0
+};
+Shape shape_of(std::span<const EmissiveTriangle> triangles, const V3d& middle) {
+  V3d sum(0);
+  double area = 0, volume = 0, reach2 = 0;
+  for (const EmissiveTriangle& t : triangles) {
+    sum += V3d(t.normal) * t.area, area += static_cast<double>(t.area);
+    volume += (t.corners[0] - middle).dot(V3d(t.normal)) * t.area;
+    for (const V3d& p : t.corners) reach2 = std::max(reach2, (p - middle).length2());
+  }
+  return {middle, static_cast<float>(std::sqrt(reach2)), sum.length() > 1e-3 * area ? 0 : volume > 0 ? 1 : -1};
+}
+
+// Of triangles in the order of their facings.
+MeshLight make_mesh_light(std::uint32_t instance, std::size_t mesh_triangles, std::span<const EmissiveTriangle> triangles, int front) {
+  MeshLight light{.instance = instance, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}, .facings = {}, .facing_of = {}};
+  std::vector<float> weights;
+  for (const EmissiveTriangle& t : triangles) weights.push_back(t.light), light.triangle_of.push_back(t.triangle);
+  light.triangles = Distribution(weights);
+  if (light.triangles.empty()) return light;
+  light.facings = Facings(triangles, front);
+  light.pmf_per_area.assign(mesh_triangles, 0), light.facing_of.assign(mesh_triangles, 0);
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    light.pmf_per_area[triangles[k].triangle] = light.triangles.pmf(k) / triangles[k].area;
+    light.facing_of[triangles[k].triangle] = static_cast<std::uint8_t>(light.facings.of(k));
+  }
+  return light;
+}
+
+}  // namespace
+
 void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
   for (std::uint32_t i = 0; i < parts.instances.size(); ++i) {
     Instance& instance = parts.instances[i];
     const auto emits = [&](std::uint32_t m) { return parts.materials[m].emits(); };
     if (std::none_of(instance.used_materials.begin(), instance.used_materials.end(), emits)) continue;
     const MeshDescription& mesh = parts.mesh(instance);
-    MeshLight light{.instance = i, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}};
-    light.pmf_per_area.assign(mesh.triangles.size(), 0);
-    std::vector<float> weights, areas;
+    std::vector<EmissiveTriangle> triangles;
     Bounds bounds;
     cancel();
     for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
@@ -142,18 +177,20 @@ void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
       const float glow = mean(material.average_emission());
       const float radiance = material.emission_is_constant() ? glow : std::max(glow, 1e-3f);
       const auto [a, b, c] = parts.corners(instance, triangle);
-      const float area = static_cast<float>((b - a).cross(c - a).length() / 2);
+      const V3d across = (b - a).cross(c - a) * instance.side;
+      const float area = static_cast<float>(across.length() / 2);
       if (!(area * radiance > 0)) continue;
-      weights.push_back(area * radiance), areas.push_back(area), light.triangle_of.push_back(triangle);
+      triangles.push_back({triangle, area, area * radiance, V3f(across.normalized()), {a, b, c}});
       for (const V3d& p : {a, b, c}) bounds.add(p);
     }
-    light.triangles = Distribution(weights);
+    std::ranges::stable_sort(triangles, {}, [](const EmissiveTriangle& t) { return Facings::bin_of(t.normal); });
+    const Shape shape = shape_of(triangles, bounds.middle());
+    MeshLight light = make_mesh_light(i, mesh.triangles.size(), triangles, shape.front);
     if (light.triangles.empty()) continue;
-    for (std::size_t k = 0; k < areas.size(); ++k) light.pmf_per_area[light.triangle_of[k]] = light.triangles.pmf(k) / areas[k];
     Light out;
     const float total = static_cast<float>(light.triangles.total());
     out.power = 2 * pi * total;  // both sides
-    out.middle = bounds.middle(), out.reach = static_cast<float>(bounds.diagonal() / 2), out.strength = total / 2;
+    out.middle = shape.middle, out.reach = shape.reach, out.strength = total / (shape.front == 0 ? 2 : 4);  // mean projected areas
     out.entity = instance.entity;
     out.kind = std::move(light);
     instance.light = static_cast<int>(parts.lights.size());

@@ -9,6 +9,7 @@
 
 #include "base/colour.h"
 #include "base/sampling.h"
+#include "scene/facings.h"
 #include "scene/description.h"
 #include "scene/ray.h"
 
@@ -46,9 +47,11 @@ struct AreaLamp {
 // An instance whose material emits, both sides. Triangles are chosen by area × average emission.
 struct MeshLight {
   std::uint32_t instance;
-  Distribution triangles;
+  Distribution triangles;                  // those that emit, in the order of their facings
   std::vector<std::uint32_t> triangle_of;  // index in the mesh of each entry of the distribution
   std::vector<float> pmf_per_area;         // by triangle of the mesh; 0 = does not emit
+  Facings facings;
+  std::vector<std::uint8_t> facing_of;     // by triangle of the mesh
 };
 // Light from infinity by the world's program; importance by a table of texels, each with a floor, so no lit direction has density 0.
 struct World {

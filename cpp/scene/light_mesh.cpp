@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Emissive meshes: both sides emit, as in Blender. A triangle is chosen by area × average emission of its material, a point in it
-// uniformly; what the point really emits (textures) is the material's answer there.
+// Emissive meshes: both sides emit, as in Blender. A triangle is chosen by area × average emission of its material, from a point also by
+// how it faces that; a point in it uniformly; what the point really emits (textures) is the material's answer there.
 #include "scene/light_kinds.h"
 
 namespace sluice::kinds {
@@ -34,6 +34,12 @@ Color radiance_at(const Parts& parts, const MeshLight& light, const Place& place
   return bsdf.emission;
 }
 
+// Share of the photons that leave on the side of the normal: into a closed surface only a few, as they seldom come out.
+float share_in_front(const MeshLight& light) noexcept {
+  constexpr float outside = 0.95f;
+  return light.facings.front() == 0 ? 0.5f : light.facings.front() > 0 ? outside : 1 - outside;
+}
+
 struct TrianglePoint {
   std::uint32_t triangle;
   float u, v, pmf_per_area;
@@ -48,7 +54,8 @@ TrianglePoint sample_triangle(const MeshLight& light, float u_part, const V2f& u
 }  // namespace
 
 std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& light, const V3d& from, float u_part, const V2f& u) noexcept {
-  const TrianglePoint at = sample_triangle(light, u_part, u);
+  const auto seen = light.facings.seen_from(from);
+  const TrianglePoint at = sample_triangle(light, light.facings.choose(seen, u_part), u);
   const Place place = place_at(parts, parts.instances[light.instance], at.triangle, at.u, at.v);
   const V3d to = place.position - from;
   const double distance2 = to.length2(), distance = std::sqrt(distance2);
@@ -58,15 +65,16 @@ std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& l
   if (!(cosine > 1e-7f)) return {};
   const Color radiance = radiance_at(parts, light, place, at.triangle, at.u, at.v, -wi);
   if (is_black(radiance)) return {};
-  return DirectSample{wi, short_of(distance, place.clearance.length(), cosine), radiance,
-                      at.pmf_per_area * static_cast<float>(distance2) / cosine, false, distance};
+  const float pmf_per_area = at.pmf_per_area * Facings::ratio(seen, light.facing_of[at.triangle]);
+  return DirectSample{wi, short_of(distance, place.clearance.length(), cosine), radiance, pmf_per_area * static_cast<float>(distance2) / cosine, false, distance};
 }
 
 float pdf_direct(const Parts&, const MeshLight& light, const V3d& from, const V3f& wi, const Hit* hit) noexcept {
   if (!hit || hit->instance != light.instance) return 0;
   const float cosine = std::abs(wi.dot(hit->ng));
   if (!(cosine > 1e-7f)) return 0;
-  return light.pmf_per_area[hit->triangle] * static_cast<float>((hit->position - from).length2()) / cosine;
+  const float ratio = Facings::ratio(light.facings.seen_from(from), light.facing_of[hit->triangle]);
+  return light.pmf_per_area[hit->triangle] * ratio * static_cast<float>((hit->position - from).length2()) / cosine;
 }
 
 std::optional<EmissionPoint> sample_position(const Parts& parts, const MeshLight& light, float u_part, const V2f& u) noexcept {
@@ -75,17 +83,18 @@ std::optional<EmissionPoint> sample_position(const Parts& parts, const MeshLight
   return EmissionPoint{place.position, place.normal, place.clearance, at.pmf_per_area, light.instance, at.triangle, at.u, at.v};
 }
 
-std::optional<EmissionDirection> sample_direction(const Parts&, const MeshLight&, const EmissionPoint& point, float u_part, const V2f& u) noexcept {
+std::optional<EmissionDirection> sample_direction(const Parts& parts, const MeshLight& light, const EmissionPoint& point, float u_part, const V2f& u) noexcept {
   const V3f local = sample_cosine(u);
-  const V3f side = u_part < 0.5f ? point.normal : -point.normal;
+  const V3f side = u_part < share_in_front(light) ? point.normal : -point.normal;
   const V3f direction = Frame(side).to_world(local).normalized();
-  const float pdf = std::abs(point.normal.dot(direction)) / (2 * pi);
+  const float pdf = pdf_direction(parts, light, point, direction);
   if (!(pdf > 0)) return {};
   return EmissionDirection{direction, pdf};
 }
 
-float pdf_direction(const Parts&, const MeshLight&, const EmissionPoint& point, const V3f& direction) noexcept {
-  return std::abs(point.normal.dot(direction)) / (2 * pi);
+float pdf_direction(const Parts&, const MeshLight& light, const EmissionPoint& point, const V3f& direction) noexcept {
+  const float cosine = point.normal.dot(direction), front = share_in_front(light);
+  return std::abs(cosine) / pi * (cosine > 0 ? front : 1 - front);
 }
 
 Color eval_emission(const Parts& parts, const MeshLight& light, const EmissionPoint& point, const V3f& direction) noexcept {
