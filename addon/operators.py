@@ -64,8 +64,6 @@ class _Change:
                              default=0.0, soft_min=-math.pi, soft_max=math.pi)
     intensity: FloatProperty(name="Intensity", description="Factor on the energy, for Dim", default=0.5, min=0.0, soft_max=2.0, max=1e4)
 
-    to_cursor: BoolProperty(name="To Cursor", description="The 3D cursor is where the light shall go, for Move", default=False)
-
     def change(self, context, entry, action):
         """Returns the exit that the artist will want to touch next, or the entry."""
         if action == 'REMOVE':
@@ -73,8 +71,6 @@ class _Change:
                 bpy.data.objects.remove(item)
             return entry
         exits = exits_of(entry)
-        if action == 'MOVE' and self.to_cursor:
-            return self._move_to_cursor(context, context.object if context.object in exits else exits[0] if exits else self._stay(context, entry))
         if action == 'MOVE':
             return self._move(exits[0], entry) if exits else self._add_exit(context, entry, Matrix(placement.beside(entry.matrix_world)))
         exits = exits or [self._stay(context, entry)]
@@ -84,16 +80,18 @@ class _Change:
             elif action == 'DIM':
                 item.sluice.intensity *= self.intensity
         if action == 'COPY':
-            return self._move_to_cursor(context, self._add_exit(context, entry, entry.matrix_world))
+            return self._lay_at_cursor(context, self._add_exit(context, entry, entry.matrix_world), entry)
         return exits[0]
 
     @staticmethod
-    def _move_to_cursor(context, item):
-        """Lays the exit there, as large as it is."""
+    def _lay_at_cursor(context, item, entry):
+        """Lays the exit there, as large as it is. It still follows what it follows, but for an entry that it lay upon."""
         matrix, _distance = places.at_cursor(context)
-        scale = item.matrix_world.to_scale()
-        item.parent = None
-        item.matrix_world = matrix @ Matrix.Diagonal((*scale, 1))
+        x, y, z = (abs(side) for side in item.matrix_world.to_scale())
+        if item.parent == entry:
+            item.parent = None
+        mirrored = -1 if item.matrix_world.is_negative else 1
+        item.matrix_world = matrix @ Matrix.Diagonal((mirrored * x, y, z, 1))
         return item
 
     def _move(self, item, entry):
@@ -175,6 +173,7 @@ class SLUICE_OT_change_light(_Change, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='COPY')
+    to_cursor: BoolProperty(name="To Cursor", description="Where the light shall go, for Move", default=False, options={'SKIP_SAVE'})
 
     @classmethod
     def poll(cls, context):
@@ -188,13 +187,24 @@ class SLUICE_OT_change_light(_Change, bpy.types.Operator):
         return next(description for name, _label, description, _icon in ACTIONS if name == properties.action)
 
     def execute(self, context):
-        touched = self.change(context, entry_of(context.object), self.action)
+        entry = entry_of(context.object)
+        if self.action == 'MOVE' and self.to_cursor:
+            touched = self._lay_at_cursor(context, self._exit_to_move(context, entry), entry)
+        else:
+            touched = self.change(context, entry, self.action)
         select_only(context, [touched], touched)
         return {'FINISHED'}
+
+    def _exit_to_move(self, context, entry):
+        """The active one, else the first, else a new one."""
+        exits = exits_of(entry)
+        return context.object if context.object in exits else exits[0] if exits else self._stay(context, entry)
 
     def draw(self, _context):
         self.layout.use_property_split = True
         self.layout.prop(self, "action")
+        if self.action == 'MOVE':
+            self.layout.prop(self, "to_cursor")
         self.draw_numbers(self.layout)
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the artist wants a quad to lie: on the selected faces, or at the 3D cursor."""
 import bmesh
+import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
@@ -33,9 +34,11 @@ def find(context, size):
 
 
 def _view(context):
-    """The 3D view that the artist looks into, also from a panel beside it; None without a window."""
-    if context.region_data is not None or context.window is None:
+    """The 3D view that the artist looks into, also from a panel in it or beside it; None without a window."""
+    if context.region_data is not None or context.window is None or bpy.app.background:
         return context.region_data
+    if context.area is not None and context.area.type == 'VIEW_3D':
+        return context.space_data.region_3d
     views = [area for area in context.window.screen.areas if area.type == 'VIEW_3D']
     return max(views, key=lambda area: area.width * area.height).spaces.active.region_3d if views else None
 

@@ -73,7 +73,7 @@ def lines(found):
         told.append((f"{percent(found.taken)} of the paths from the eye", 'BLANK1'))
     if shows(found):
         told.append((f"{percent(found.share)} of the picture; about {found.seconds:.2g} s", 'BLANK1'))
-        if found.share == 0 < found.power_out:
+        if found.share == 0 and (found.power_out > 0 or found.power_in == 0):  # light that leaves, or paths from the eye
             told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))

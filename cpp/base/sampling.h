@@ -56,8 +56,8 @@ class Distribution {
     std::size_t index;
     float pmf, u;  // u: the random number, stretched to [0, 1) again
   };
-  [[nodiscard]] Choice sample(float u) const noexcept {
-    auto it = std::upper_bound(cdf_.begin(), cdf_.end(), static_cast<double>(u));
+  [[nodiscard]] Choice sample(double u) const noexcept {
+    auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
     while (it == cdf_.end() || (it != cdf_.begin() && *it == *(it - 1))) --it;  // rounding: back to an entry of weight > 0
     const auto i = static_cast<std::size_t>(it - cdf_.begin());
     const double low = i ? cdf_[i - 1] : 0, width = cdf_[i] - low;

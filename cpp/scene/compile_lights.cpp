@@ -125,21 +125,47 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
 
 namespace {
 
-// The surface that shines.
-struct Shape {
+// Is each edge shared by two triangles that agree on their side?
+bool is_closed(const MeshDescription& mesh, std::span<const EmissiveTriangle> triangles) {
+  std::vector<std::uint64_t> edges, back;
+  for (const EmissiveTriangle& t : triangles)
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint64_t from = mesh.triangles[t.triangle][corner], to = mesh.triangles[t.triangle][(corner + 1) % 3];
+      edges.push_back(from << 32 | to), back.push_back(to << 32 | from);
+    }
+  std::ranges::sort(edges), std::ranges::sort(back);
+  return edges == back;
+}
+
+// Around the surface that shines.
+struct Ball {
   V3d middle;
-  float reach;  // all of it is so near to the middle (m)
-  int front;    // of a closed one, whose areas times normals sum up to nothing: do those look out (1) or in (-1), as its volume tells? Else 0
+  double radius;  // m
 };
-Shape shape_of(std::span<const EmissiveTriangle> triangles, const V3d& middle) {
-  V3d sum(0);
-  double area = 0, volume = 0, reach2 = 0;
-  for (const EmissiveTriangle& t : triangles) {
-    sum += V3d(t.normal) * t.area, area += static_cast<double>(t.area);
-    volume += (t.corners[0] - middle).dot(V3d(t.normal)) * t.area;
+Ball ball_around(std::span<const EmissiveTriangle> triangles, const V3d& middle) {
+  double reach2 = 0;
+  for (const EmissiveTriangle& t : triangles)
     for (const V3d& p : t.corners) reach2 = std::max(reach2, (p - middle).length2());
+  return {middle, std::sqrt(reach2)};
+}
+
+// Is it a lamp that is seen from outside? 1: normals of its closed surface look out; -1: they look in. 0: it is open, or has no volume, or
+// is most of the scene, or other things are in it, as in a lantern or under a dome.
+int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const EmissiveTriangle> triangles, const Ball& around) {
+  constexpr double large = 0.25, small = 0.05;  // of the scene: a room; nobody puts things into it
+  const double size = around.radius / parts.geometry_bounds.diagonal();
+  if (!(size < large)) return 0;
+  if (!is_closed(parts.mesh(parts.instances[instance]), triangles)) return 0;
+  double area = 0, volume = 0;
+  for (const EmissiveTriangle& t : triangles) {
+    area += static_cast<double>(t.area);
+    volume += (t.corners[0] - around.middle).dot(V3d(t.normal)) * t.area / 3;
   }
-  return {middle, static_cast<float>(std::sqrt(reach2)), sum.length() > 1e-3 * area ? 0 : volume > 0 ? 1 : -1};
+  if (!(std::abs(volume) > 1e-3 * area * around.radius)) return 0;
+  if (size > small)
+    for (std::uint32_t i = 0; i < parts.instances.size(); ++i)
+      if (i != instance && (parts.instances[i].bounds.middle() - around.middle).length() < around.radius) return 0;
+  return volume > 0 ? 1 : -1;
 }
 
 // Of triangles in the order of their facings.
@@ -179,18 +205,19 @@ void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
       const auto [a, b, c] = parts.corners(instance, triangle);
       const V3d across = (b - a).cross(c - a) * instance.side;
       const float area = static_cast<float>(across.length() / 2);
-      if (!(area * radiance > 0)) continue;
+      if (!(area * radiance > 0) || !std::isfinite(area * radiance)) continue;
       triangles.push_back({triangle, area, area * radiance, V3f(across.normalized()), {a, b, c}});
       for (const V3d& p : {a, b, c}) bounds.add(p);
     }
     std::ranges::stable_sort(triangles, {}, [](const EmissiveTriangle& t) { return Facings::bin_of(t.normal); });
-    const Shape shape = shape_of(triangles, bounds.middle());
-    MeshLight light = make_mesh_light(i, mesh.triangles.size(), triangles, shape.front);
+    const Ball around = ball_around(triangles, bounds.middle());
+    const int front = front_of(parts, i, triangles, around);
+    MeshLight light = make_mesh_light(i, mesh.triangles.size(), triangles, front);
     if (light.triangles.empty()) continue;
     Light out;
     const float total = static_cast<float>(light.triangles.total());
     out.power = 2 * pi * total;  // both sides
-    out.middle = shape.middle, out.reach = shape.reach, out.strength = total / (shape.front == 0 ? 2 : 4);  // mean projected areas
+    out.middle = around.middle, out.reach = static_cast<float>(around.radius), out.strength = total / (front == 0 ? 2 : 4);  // mean projected areas
     out.entity = instance.entity;
     out.kind = std::move(light);
     instance.light = static_cast<int>(parts.lights.size());

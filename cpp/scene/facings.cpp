@@ -33,20 +33,19 @@ Facings::Facings(std::span<const EmissiveTriangle> triangles, int front) : front
     Group& group = groups_.back();
     double light = 0;
     for (const EmissiveTriangle& t : members) light += static_cast<double>(t.light);
-    group.before = static_cast<float>(before / all), group.share = static_cast<float>(light / all);
+    group.before = before / all, group.share = light / all;
     before += light, begin = end;
   }
 }
 
 Facings::Group Facings::group_of(std::span<const EmissiveTriangle> triangles) {
-  V3f normals(0);
-  V3d middle(0);
+  V3d normals(0), middle(0);
   double area = 0;
   for (const EmissiveTriangle& t : triangles) {
-    normals += t.normal * t.area, area += static_cast<double>(t.area);
+    normals += V3d(t.normal) * t.area, area += static_cast<double>(t.area);
     middle += (t.corners[0] + t.corners[1] + t.corners[2]) * (static_cast<double>(t.area) / 3);
   }
-  Group group{.axis = normals.normalized(), .cosine = 1, .sine = 0, .middle = middle / area, .reach = 0, .before = 0, .share = 1};
+  Group group{.axis = V3f(normals.normalized()), .cosine = 1, .sine = 0, .middle = middle / area, .reach = 0, .before = 0, .share = 1};
   for (const EmissiveTriangle& t : triangles) {
     group.cosine = std::min(group.cosine, group.axis.dot(t.normal));
     for (const V3d& p : t.corners) group.reach = std::max(group.reach, (p - group.middle).length());
@@ -74,17 +73,17 @@ Facings::Seen Facings::seen_from(const V3d& point) const noexcept {
   Seen seen{{}, 0};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     seen.part[g] = groups_.size() == 1 ? 1 : part(groups_[g], point);
-    seen.all += groups_[g].share * seen.part[g];
+    seen.all += groups_[g].share * static_cast<double>(seen.part[g]);
   }
   return seen;
 }
 
-float Facings::choose(const Seen& seen, float u) const noexcept {
-  float left = u * seen.all;
+double Facings::choose(const Seen& seen, float u) const noexcept {
+  const auto weight = [&](std::size_t g) { return groups_[g].share * static_cast<double>(seen.part[g]); };
+  double left = static_cast<double>(u) * seen.all;
   std::size_t g = 0;
-  while (g + 1 < groups_.size() && left >= groups_[g].share * seen.part[g]) left -= groups_[g].share * seen.part[g], ++g;
-  const float within = std::clamp(left / (groups_[g].share * seen.part[g]), 0.0f, 0x1.fffffep-1f);
-  return std::min(groups_[g].before + groups_[g].share * within, 0x1.fffffep-1f);
+  while (g + 1 < groups_.size() && left >= weight(g)) left -= weight(g), ++g;
+  return groups_[g].before + groups_[g].share * std::clamp(left / weight(g), 0.0, 1 - 0x1p-50);
 }
 
 }  // namespace sluice

@@ -39,13 +39,14 @@ class Facings {
   // way's square.
   struct Seen {
     std::array<float, most> part;
-    float all;  // of the whole mesh's light
+    double all;  // of the whole mesh's light
   };
   [[nodiscard]] Seen seen_from(const V3d& point) const noexcept;
-  // A number for Distribution::sample(), so that groups are chosen by what is seen of them. `u` in [0, 1).
-  [[nodiscard]] float choose(const Seen& seen, float u) const noexcept;
+  // A number for Distribution::sample(), so that groups are chosen by what is seen of them. `u` in [0, 1). In double, as small groups
+  // may be all that is seen.
+  [[nodiscard]] double choose(const Seen& seen, float u) const noexcept;
   // How many times likelier that makes a triangle of the group than its light alone.
-  [[nodiscard]] static float ratio(const Seen& seen, int group) noexcept { return seen.part[static_cast<std::size_t>(group)] / seen.all; }
+  [[nodiscard]] static float ratio(const Seen& seen, int group) noexcept { return static_cast<float>(seen.part[static_cast<std::size_t>(group)] / seen.all); }
 
  private:
   struct Group {
@@ -53,7 +54,7 @@ class Facings {
     float cosine, sine;   // of that cone's half angle
     V3d middle;           // of a sphere around its triangles (m)
     double reach;
-    float before, share;  // of the light: of the groups before it; its own
+    double before, share; // of the light: of the groups before it; its own
   };
   [[nodiscard]] static Group group_of(std::span<const EmissiveTriangle> triangles);
   [[nodiscard]] float part(const Group& group, const V3d& point) const noexcept;

@@ -9,8 +9,8 @@
 
 #include "base/colour.h"
 #include "base/sampling.h"
-#include "scene/facings.h"
 #include "scene/description.h"
+#include "scene/facings.h"
 #include "scene/ray.h"
 
 namespace sluice {
@@ -44,7 +44,8 @@ struct AreaLamp {
   float spread_half = pi / 2;              // half angle
   float spread_cot = 0, spread_scale = 1;  // factor: scale · (1 - cot · tan(angle to the normal))
 };
-// An instance whose material emits, both sides. Triangles are chosen by area × average emission.
+// An instance whose material emits, both sides. Photons choose triangles by area × average emission, points that
+// ask also by how they face them.
 struct MeshLight {
   std::uint32_t instance;
   Distribution triangles;                  // those that emit, in the order of their facings

@@ -34,9 +34,9 @@ Color radiance_at(const Parts& parts, const MeshLight& light, const Place& place
   return bsdf.emission;
 }
 
-// Share of the photons that leave on the side of the normal: into a closed surface only a few, as they seldom come out.
+// Share of the photons that leave on the side of the normal: into a closed surface fewer, as they come out only if it is transparent.
 float share_in_front(const MeshLight& light) noexcept {
-  constexpr float outside = 0.95f;
+  constexpr float outside = 0.8f;  // more would make the others too bright where it is
   return light.facings.front() == 0 ? 0.5f : light.facings.front() > 0 ? outside : 1 - outside;
 }
 
@@ -44,7 +44,7 @@ struct TrianglePoint {
   std::uint32_t triangle;
   float u, v, pmf_per_area;
 };
-TrianglePoint sample_triangle(const MeshLight& light, float u_part, const V2f& u) noexcept {
+TrianglePoint sample_triangle(const MeshLight& light, double u_part, const V2f& u) noexcept {
   const auto choice = light.triangles.sample(u_part);
   const std::uint32_t triangle = light.triangle_of[choice.index];
   const float root = std::sqrt(u.x);
@@ -72,7 +72,7 @@ std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& l
 float pdf_direct(const Parts&, const MeshLight& light, const V3d& from, const V3f& wi, const Hit* hit) noexcept {
   if (!hit || hit->instance != light.instance) return 0;
   const float cosine = std::abs(wi.dot(hit->ng));
-  if (!(cosine > 1e-7f)) return 0;
+  if (!(cosine > 1e-7f) || light.pmf_per_area[hit->triangle] == 0) return 0;
   const float ratio = Facings::ratio(light.facings.seen_from(from), light.facing_of[hit->triangle]);
   return light.pmf_per_area[hit->triangle] * ratio * static_cast<float>((hit->position - from).length2()) / cosine;
 }

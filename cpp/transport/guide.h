@@ -49,7 +49,7 @@ class AimTable {
 };
 
 // Radius at v in the first pass that finds a few photons (m): of the smallest cell there that holds any photon of
-// the pilot's. Where those are sparse the small cells are left out, and larger ones know.
+// the pilot's: where those are sparse, larger cells answer.
 struct Disks {
   static constexpr double growth = 3;  // of the cells' edge
   std::vector<Cells> levels;           // the smallest first

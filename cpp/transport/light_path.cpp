@@ -171,12 +171,12 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
   photon.normal = pack_direction(vertex.point.ns);
   photon.set_flux(path.flux);
   if (shared_states_) {
-    std::uint32_t& q = states_.note(path.q);
-    if (q == PhotonStates::none) [[unlikely]] {  // the first photon in that state
-      q = shared_states_->number(states_.content(path.q));
-      if (q == PhotonStates::none) return void(++counts.states_capped);
+    std::uint32_t& number = states_.note(path.q);
+    if (number == PhotonStates::none) [[unlikely]] {  // the first photon in that state
+      number = shared_states_->number(states_.content(path.q));
+      if (number == PhotonStates::none) return void(++counts.states_capped);
     }
-    photon.q = q;
+    photon.q = number;
   }
   photon.arrival = arrival;
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));

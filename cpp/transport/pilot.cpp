@@ -261,7 +261,8 @@ class Pilot {
   // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
   // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk.
   Disks size_disks(unsigned arrivals, float typical, double widest, double held, const VisibleCells& seen) {
-    const double reach = widest * parts_of_way, near = typical * settings_.caustic_radius_range * parts_of_way;
+    if (cancel_) return {};
+    const double reach = widest * parts_of_way, near = widest_disk(settings_, typical) * parts_of_way;
     const double photons = held * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
     const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
     PhotonMap map;
@@ -273,7 +274,7 @@ class Pilot {
       for (const double within : {near, reach}) {  // where there are many they are close by
         distance2.clear();
         if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
-        if (distance2.size() >= wanted) break;
+        if (distance2.size() >= wanted || near >= reach) break;
       }
       if (distance2.size() < wanted) return static_cast<float>(widest * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
       const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);

@@ -315,7 +315,8 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
       add_emission(path, segment, lamp.light, lamp.radiance, nullptr, arms);
     }
   };
-  const EditSet takers = effects_.light_edits ? takers_from(far, gathering, lamps.first(static_cast<std::size_t>(lamp_count))) : EditSet();
+  const std::span met(lamps.first(static_cast<std::size_t>(lamp_count)));
+  const EditSet takers = effects_.light_edits && may_be_taken_from(far, met) ? takers_from(far, gathering, met) : EditSet();
   if (!is_empty(takers)) {
     ++counts.edit_queries;
     scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, takers, crossings_);

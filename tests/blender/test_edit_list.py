@@ -104,6 +104,19 @@ def test_move_to_cursor(exits):
     assert bpy.context.object.matrix_world.to_scale() == entry.matrix_world.to_scale()
 
 
+def test_move_to_cursor_keeps_what_an_exit_follows(entries, new_object):
+    """Its parent, unless that is the entry it lay upon; its mirror image, and its arrow away from the surface."""
+    screen, exit_ = new_object("Screen"), _exits("First")[0]
+    exit_.parent, exit_.scale = screen, (1, 2, -3)
+    bpy.context.view_layer.update()
+    bpy.context.view_layer.objects.active = exit_
+    bpy.context.scene.cursor.location = (9, 2, 3)
+    bpy.ops.sluice.change_light(action='MOVE', to_cursor=True)
+    bpy.context.view_layer.update()
+    assert exit_.parent == screen and tuple(exit_.matrix_world.translation) == (9, 2, 3)
+    assert exit_.matrix_world.is_negative and exit_.matrix_world.col[2][2] > 0
+
+
 def test_change_keeps_exits_that_are_there(entries):
     bpy.context.view_layer.objects.active = entries[0]
     bpy.ops.sluice.change_light(action='DIM', intensity=0.25)

@@ -212,8 +212,8 @@ def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypa
     fresh.draw()
     fresh.settle()
     hashes = [[session.film_hash() for session in view.sessions] for view in (window, fresh)]
-    assert len(hashes[0]) == 6 and len(hashes[1]) == 3
-    assert hashes[0][3:] == hashes[1] and not set(hashes[0][:3]) & set(hashes[1])
+    assert len(hashes[0]) in {6, 7} and len(hashes[1]) == 3  # seven: a coarse image that was under way as the view turned is shown first
+    assert hashes[0][-3:] == hashes[1] and not set(hashes[0][:-3]) & set(hashes[1])
     viewport.free(window.view), viewport.free(fresh.view)
 
 

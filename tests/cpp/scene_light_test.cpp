@@ -118,38 +118,6 @@ TEST(SceneLight, DirectSamplesAgreeWithWhatRaysSee) {
   }
 }
 
-TEST(SceneLight, MeshesAreAskedWhereTheyFace) {
-  // A ball hides half of itself: of samples by area alone every second one is lost.
-  for (const double mirrored : {1.0, -1.0}) {
-    SceneDescription description;
-    place(description, add(description, sphere(32)), scaling({mirrored, 1, 1}), add(description, glowing({1, 1, 1}, 5)));
-    const auto scene = compiled(description);
-    Random random(5);
-    for (const V3d& from : {V3d(10, 0, 0), V3d(-2, 3, 1), V3d(1, 1.2, -1)}) {
-      Mean lost, value, square_of, by_area, square_by_area;
-      for (int i = 0; i < 20000; ++i) {
-        const auto sample = sample_direct(*scene, 0, from, random.unit(), random.pair());
-        const double arrives = sample ? sample->radiance.x / sample->pdf * shadow(*scene, from, *sample) : 0;
-        lost.add(arrives == 0), value.add(arrives), square_of.add(arrives * arrives);
-        const auto point = sample_position(*scene, 0, random.unit(), random.pair());
-        const V3d to = from - point->position;
-        const double by_chance = std::max(0.0, V3d(point->normal).dot(to.normalized())) / to.length2();
-        by_area.add(by_chance), square_by_area.add(square(by_chance));
-      }
-      EXPECT_LT(lost.value(), 0.25) << from;
-      const auto variance = [](const Mean& squares, const Mean& of) { return squares.value() / square(of.value()) - 1; };
-      EXPECT_LT(variance(square_of, value), variance(square_by_area, by_area) / 3) << from;
-    }
-    Mean out;
-    for (int i = 0; i < 20000; ++i) {
-      const auto point = sample_position(*scene, 0, random.unit(), random.pair());
-      const auto direction = sample_direction(*scene, 0, *point, random.unit(), random.pair());
-      out.add(direction->direction.dot(V3f(point->position)) > 0);
-    }
-    EXPECT_NEAR(out.value(), 0.95, 4 * out.error());
-  }
-}
-
 TEST(SceneLight, DensityOfDirectionsIsOne) {
   // seen whole and lit in every direction: no sample is lost
   for (const AreaShape shape : {AreaShape::Square, AreaShape::Rectangle, AreaShape::Disk, AreaShape::Ellipse}) {
