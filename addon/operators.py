@@ -45,6 +45,11 @@ def entry_of(item):
     return item if item.sluice.role == 'ENTRY' else None
 
 
+def _lies_upon(item, entry):
+    """Is it an exit through which light leaves as it came, wherever the entry goes?"""
+    return item.parent == entry and item.matrix_basis == Matrix()
+
+
 ACTIONS = (
     ('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
     ('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
@@ -88,7 +93,7 @@ class _Change:
         """Lays the exit there, as large as it is. It still follows what it follows, but for an entry that it lay upon."""
         matrix, _distance = places.at_cursor(context)
         x, y, z = (abs(side) for side in item.matrix_world.to_scale())
-        if item.parent == entry:
+        if _lies_upon(item, entry):
             item.parent = None
         mirrored = -1 if item.matrix_world.is_negative else 1
         item.matrix_world = matrix @ Matrix.Diagonal((mirrored * x, y, z, 1))
@@ -96,7 +101,7 @@ class _Change:
 
     def _move(self, item, entry):
         """The light has an exit: that is the one to be laid elsewhere, beside the entry if it lies upon it."""
-        if item.parent == entry and item.matrix_basis == Matrix():
+        if _lies_upon(item, entry):
             item.parent = None
             item.matrix_world = Matrix(placement.beside(entry.matrix_world))
         else:

@@ -137,50 +137,43 @@ bool is_closed(const MeshDescription& mesh, std::span<const EmissiveTriangle> tr
   return edges == back;
 }
 
-// Around the surface that shines.
-struct Ball {
-  V3d middle;
-  double radius;  // m
-};
-Ball ball_around(std::span<const EmissiveTriangle> triangles, const V3d& middle) {
+// How far from the middle the surface that shines goes (m).
+double reach_of(std::span<const EmissiveTriangle> triangles, const V3d& middle) {
   double reach2 = 0;
   for (const EmissiveTriangle& t : triangles)
     for (const V3d& p : t.corners) reach2 = std::max(reach2, (p - middle).length2());
-  return {middle, std::sqrt(reach2)};
+  return std::sqrt(reach2);
 }
 
 // Is it a lamp that is seen from outside? 1: normals of its closed surface look out; -1: they look in. 0: it is open, or has no volume, or
 // is most of the scene, or other things are in it, as in a lantern or under a dome.
-int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const EmissiveTriangle> triangles, const Ball& around) {
+int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const EmissiveTriangle> triangles, const V3d& middle, double reach) {
   constexpr double large = 0.25, small = 0.05;  // of the scene: a room; nobody puts things into it
-  const double size = around.radius / parts.geometry_bounds.diagonal();
+  const double size = reach / parts.geometry_bounds.diagonal();
   if (!(size < large)) return 0;
   if (!is_closed(parts.mesh(parts.instances[instance]), triangles)) return 0;
   double area = 0, volume = 0;
   for (const EmissiveTriangle& t : triangles) {
     area += static_cast<double>(t.area);
-    volume += (t.corners[0] - around.middle).dot(V3d(t.normal)) * t.area / 3;
+    volume += (t.corners[0] - middle).dot(V3d(t.normal)) * t.area / 3;
   }
-  if (!(std::abs(volume) > 1e-3 * area * around.radius)) return 0;
+  if (!(std::abs(volume) > 1e-3 * area * reach)) return 0;
   if (size > small)
     for (std::uint32_t i = 0; i < parts.instances.size(); ++i)
-      if (i != instance && (parts.instances[i].bounds.middle() - around.middle).length() < around.radius) return 0;
+      if (i != instance && (parts.instances[i].bounds.middle() - middle).length() < reach) return 0;
   return volume > 0 ? 1 : -1;
 }
 
 // Of triangles in the order of their facings.
 MeshLight make_mesh_light(std::uint32_t instance, std::size_t mesh_triangles, std::span<const EmissiveTriangle> triangles, int front) {
-  MeshLight light{.instance = instance, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}, .facings = {}, .facing_of = {}};
+  MeshLight light{.instance = instance, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}, .facings = {}};
   std::vector<float> weights;
   for (const EmissiveTriangle& t : triangles) weights.push_back(t.light), light.triangle_of.push_back(t.triangle);
   light.triangles = Distribution(weights);
   if (light.triangles.empty()) return light;
-  light.facings = Facings(triangles, front);
-  light.pmf_per_area.assign(mesh_triangles, 0), light.facing_of.assign(mesh_triangles, 0);
-  for (std::size_t k = 0; k < triangles.size(); ++k) {
-    light.pmf_per_area[triangles[k].triangle] = light.triangles.pmf(k) / triangles[k].area;
-    light.facing_of[triangles[k].triangle] = static_cast<std::uint8_t>(light.facings.of(k));
-  }
+  light.facings = Facings(triangles, mesh_triangles, front);
+  light.pmf_per_area.assign(mesh_triangles, 0);
+  for (std::size_t k = 0; k < triangles.size(); ++k) light.pmf_per_area[triangles[k].triangle] = light.triangles.pmf(k) / triangles[k].area;
   return light;
 }
 
@@ -210,14 +203,15 @@ void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
       for (const V3d& p : {a, b, c}) bounds.add(p);
     }
     std::ranges::stable_sort(triangles, {}, [](const EmissiveTriangle& t) { return Facings::bin_of(t.normal); });
-    const Ball around = ball_around(triangles, bounds.middle());
-    const int front = front_of(parts, i, triangles, around);
+    const V3d middle = bounds.middle();
+    const double reach = reach_of(triangles, middle);
+    const int front = front_of(parts, i, triangles, middle, reach);
     MeshLight light = make_mesh_light(i, mesh.triangles.size(), triangles, front);
     if (light.triangles.empty()) continue;
     Light out;
     const float total = static_cast<float>(light.triangles.total());
     out.power = 2 * pi * total;  // both sides
-    out.middle = around.middle, out.reach = static_cast<float>(around.radius), out.strength = total / (front == 0 ? 2 : 4);  // mean projected areas
+    out.middle = middle, out.reach = static_cast<float>(reach), out.strength = total / (front == 0 ? 2 : 4);  // mean projected areas
     out.entity = instance.entity;
     out.kind = std::move(light);
     instance.light = static_cast<int>(parts.lights.size());

@@ -20,7 +20,7 @@ int Facings::bin_of(const V3f& n) noexcept {
   return axis * 8 + (n[axis] < 0) * 4 + (n[(axis + 1) % 3] < 0) * 2 + (n[(axis + 2) % 3] < 0);
 }
 
-Facings::Facings(std::span<const EmissiveTriangle> triangles, int front) : front_(front) {
+Facings::Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_triangles, int front) : of_(mesh_triangles), front_(front) {
   double all = 0, before = 0;
   for (const EmissiveTriangle& t : triangles) all += static_cast<double>(t.light);
   for (std::size_t begin = 0; begin < triangles.size();) {
@@ -28,11 +28,9 @@ Facings::Facings(std::span<const EmissiveTriangle> triangles, int front) : front
     std::size_t end = begin;
     while (end < triangles.size() && bin_of(triangles[end].normal) == bin) ++end;
     const auto members = triangles.subspan(begin, end - begin);
-    of_.insert(of_.end(), members.size(), static_cast<std::uint8_t>(groups_.size()));
-    groups_.push_back(group_of(members));
-    Group& group = groups_.back();
     double light = 0;
-    for (const EmissiveTriangle& t : members) light += static_cast<double>(t.light);
+    for (const EmissiveTriangle& t : members) of_[t.triangle] = static_cast<std::uint8_t>(groups_.size()), light += static_cast<double>(t.light);
+    Group& group = groups_.emplace_back(group_of(members));
     group.before = before / all, group.share = light / all;
     before += light, begin = end;
   }

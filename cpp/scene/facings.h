@@ -27,12 +27,11 @@ class Facings {
   [[nodiscard]] static int bin_of(const V3f& normal) noexcept;
 
   Facings() = default;
-  // Of triangles in the order of their bins. `front`: 1 or -1 = a closed surface that is seen from where the normals point, or from the
+  // Of triangles, in the order of their bins, of a mesh that has `mesh_triangles`. `front`: 1 or -1 = a closed surface that is seen from where the normals point, or from the
   // other side; 0 = open, seen from both.
-  Facings(std::span<const EmissiveTriangle> triangles, int front);
+  Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_triangles, int front);
 
-  [[nodiscard]] int size() const noexcept { return static_cast<int>(groups_.size()); }
-  [[nodiscard]] int of(std::size_t place) const noexcept { return of_[place]; }  // the group of a triangle, by its place in that order
+  [[nodiscard]] int of(std::uint32_t triangle) const noexcept { return of_[triangle]; }  // the group of a triangle of the mesh
   [[nodiscard]] int front() const noexcept { return front_; }
 
   // How strongly a group lights a point, relative to its light: about the cosine between its normals and the way to the point, by the

@@ -52,7 +52,6 @@ struct MeshLight {
   std::vector<std::uint32_t> triangle_of;  // index in the mesh of each entry of the distribution
   std::vector<float> pmf_per_area;         // by triangle of the mesh; 0 = does not emit
   Facings facings;
-  std::vector<std::uint8_t> facing_of;     // by triangle of the mesh
 };
 // Light from infinity by the world's program; importance by a table of texels, each with a floor, so no lit direction has density 0.
 struct World {

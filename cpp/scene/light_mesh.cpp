@@ -65,7 +65,7 @@ std::optional<DirectSample> sample_direct(const Parts& parts, const MeshLight& l
   if (!(cosine > 1e-7f)) return {};
   const Color radiance = radiance_at(parts, light, place, at.triangle, at.u, at.v, -wi);
   if (is_black(radiance)) return {};
-  const float pmf_per_area = at.pmf_per_area * Facings::ratio(seen, light.facing_of[at.triangle]);
+  const float pmf_per_area = at.pmf_per_area * Facings::ratio(seen, light.facings.of(at.triangle));
   return DirectSample{wi, short_of(distance, place.clearance.length(), cosine), radiance, pmf_per_area * static_cast<float>(distance2) / cosine, false, distance};
 }
 
@@ -73,7 +73,7 @@ float pdf_direct(const Parts&, const MeshLight& light, const V3d& from, const V3
   if (!hit || hit->instance != light.instance) return 0;
   const float cosine = std::abs(wi.dot(hit->ng));
   if (!(cosine > 1e-7f) || light.pmf_per_area[hit->triangle] == 0) return 0;
-  const float ratio = Facings::ratio(light.facings.seen_from(from), light.facing_of[hit->triangle]);
+  const float ratio = Facings::ratio(light.facings.seen_from(from), light.facings.of(hit->triangle));
   return light.pmf_per_area[hit->triangle] * ratio * static_cast<float>((hit->position - from).length2()) / cosine;
 }
 

@@ -46,8 +46,8 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   effects.layers = !scene.edits().layers().empty();
   effects.words = effects.light_edits || effects.view_edits || effects.layers;
 
-  if (effects.caustics) effects.close_arrivals |= bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic);
-  if (effects.edited) effects.close_arrivals |= bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
+  if (effects.caustics) effects.close_arrivals |= caustic_arrivals;
+  if (effects.edited) effects.close_arrivals |= edited_arrivals;
   effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
   effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;

@@ -16,9 +16,11 @@ namespace sluice {
 enum class Arrival : std::uint8_t { Direct, Caustic, Edited, Indirect, SoftCaustic, SoftEdited };
 inline constexpr int arrival_count = 6;
 [[nodiscard]] constexpr unsigned bit_of(Arrival a) noexcept { return 1u << static_cast<unsigned>(a); }
+inline constexpr unsigned caustic_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic);
+inline constexpr unsigned edited_arrivals = bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
 inline constexpr unsigned soft_arrivals = bit_of(Arrival::SoftCaustic) | bit_of(Arrival::SoftEdited);
 
-[[nodiscard]] constexpr bool is_edited(Arrival a) noexcept { return a == Arrival::Edited || a == Arrival::SoftEdited; }
+[[nodiscard]] constexpr bool is_edited(Arrival a) noexcept { return edited_arrivals & bit_of(a); }
 
 [[nodiscard]] constexpr Arrival arrival_of(Event last, bool was_diffuse) noexcept {
   switch (last) {

@@ -23,7 +23,7 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr double photons_on_disk = 16, photons_on_soft_disk = 32, parts_of_way = 3;  // at v in the first pass
-constexpr unsigned close_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic) | bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
+constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
 // What the camera sees, coarsely: cells that hold a vertex v or y of some view path.
@@ -165,8 +165,9 @@ class Pilot {
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
     const float typical = guide.caustic_radius;
-    guide.disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, seen);
-    guide.soft_disks = size_disks(close_arrivals & soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, seen);
+    const std::vector<V3d> places = visible_places(seen);
+    guide.disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, places);
+    guide.soft_disks = size_disks(soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, places);
     return guide;
   }
 
@@ -257,10 +258,20 @@ class Pilot {
     guide.radius = gather_radius(guide, mean_length, 1 / pi);
   }
 
+  // Where the pilot's photons lie, as far as the camera sees it.
+  std::vector<V3d> visible_places(const VisibleCells& seen) const {
+    std::vector<V3d> places;
+    for (const auto& chunk : photons_)
+      for (const Photon& photon : chunk)
+        if (seen.contains(photon.position)) places.emplace_back(photon.position);
+    return places;
+  }
+
   // How wide a disk at v must be to hold some of the photons that come by mirrors, glass and exits: a part of the way within which lie
   // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
-  // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk.
-  Disks size_disks(unsigned arrivals, float typical, double widest, double held, const VisibleCells& seen) {
+  // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk;
+  // `places`: where disks may lie.
+  Disks size_disks(unsigned arrivals, float typical, double widest, double held, std::span<const V3d> places) {
     if (cancel_) return {};
     const double reach = widest * parts_of_way, near = widest_disk(settings_, typical) * parts_of_way;
     const double photons = held * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
@@ -283,9 +294,7 @@ class Pilot {
     };
     for (double edge = typical; edge < widest; edge *= Disks::growth) {
       Cells& cells = disks.levels.emplace_back(edge);
-      for (const auto& chunk : photons_)
-        for (const Photon& photon : chunk)
-          if (seen.contains(photon.position)) cells.at(V3d(photon.position));
+      for (const V3d& place : places) cells.at(place);
       cells.change_all(disk_at);
     }
     return disks;
