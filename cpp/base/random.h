@@ -73,6 +73,9 @@ class Sampler {
   // of each are a net, and those of all four together are one.
   Sampler(std::uint64_t key, std::uint32_t index, std::uint32_t stream) noexcept : key_(key), index_(index), stream_(stream) {}
 
+  // One of `count` points that this one is split into: together those of all points are a longer sequence.
+  [[nodiscard]] Sampler part(std::uint32_t i, std::uint32_t count) const noexcept { return {key_, index_ * count + i, stream_}; }
+
   // The dimension pair `pair` of this point, in [0, 1)².
   [[nodiscard]] V2f pair(std::uint32_t pair) const noexcept {
     const std::uint64_t h = hash_of(pair);

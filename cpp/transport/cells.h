@@ -11,20 +11,21 @@
 
 namespace sluice {
 
-class Cells {
+template <class Number>  // of 32 bits
+class NumberedCells {
  public:
-  Cells() = default;
-  explicit Cells(double edge) : inverse_edge_(1 / edge) {}
+  NumberedCells() = default;
+  explicit NumberedCells(double edge) : inverse_edge_(1 / edge) {}
 
   [[nodiscard]] double edge() const noexcept { return 1 / inverse_edge_; }
   // The cell's number; null if it has none.
-  [[nodiscard]] const float* find(const V3d& p) const noexcept { return find(key(p)); }
+  [[nodiscard]] const Number* find(const V3d& p) const noexcept { return find(key(p)); }
   // The same, begun with 0.
-  float& at(const V3d& p) {
+  Number& at(const V3d& p) {
     if (2 * (count_ + 1) > table_.size()) grow();
     const std::uint64_t wanted = key(p);
     const std::size_t i = place(wanted);
-    if (table_[i].first == none) table_[i] = {wanted, 0.0f}, ++count_;
+    if (table_[i].first == none) table_[i] = {wanted, Number{0}}, ++count_;
     return table_[i].second;
   }
   // Sets each number to change(p, number), p in the middle of the cell, where `change` may look at the old numbers.
@@ -59,13 +60,13 @@ class Cells {
     while (table_[i].first != none && table_[i].first != wanted) i = (i + 1) & (table_.size() - 1);
     return i;
   }
-  [[nodiscard]] const float* find(std::uint64_t wanted) const noexcept {
+  [[nodiscard]] const Number* find(std::uint64_t wanted) const noexcept {
     if (table_.empty()) return nullptr;
     const auto& entry = table_[place(wanted)];
     return entry.first == wanted ? &entry.second : nullptr;
   }
   void grow() {
-    std::vector<std::pair<std::uint64_t, float>> old(std::max<std::size_t>(64, 2 * table_.size()), {none, 0.0f});
+    std::vector<std::pair<std::uint64_t, Number>> old(std::max<std::size_t>(64, 2 * table_.size()), {none, Number{0}});
     old.swap(table_);
     for (const auto& entry : old)
       if (entry.first != none) table_[place(entry.first)] = entry;
@@ -73,7 +74,9 @@ class Cells {
 
   double inverse_edge_ = 1;
   std::size_t count_ = 0;
-  std::vector<std::pair<std::uint64_t, float>> table_;
+  std::vector<std::pair<std::uint64_t, Number>> table_;
 };
+
+using Cells = NumberedCells<float>;
 
 }  // namespace sluice

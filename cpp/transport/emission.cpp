@@ -110,10 +110,8 @@ std::uint64_t Guide::hash() const noexcept {
     for (std::size_t i = 0; i < d.size(); ++i) add(d.pmf(i));
   for (const AimTable& table : aims)
     for (std::size_t i = 0; i < table.distribution().size(); ++i) add(table.distribution().pmf(i));
-  for (const float t : trust.at_v) add(t);
-  for (const float t : trust.at_y) add(t);
   add(least_radius), add(most_radius), add(radius), add(caustic_radius);
-  return mix(mix(h, mix(disks.hash(), soft_disks.hash())), samples.hash());
+  return mix(mix(mix(h, trust.hash()), mix(disks.hash(), soft_disks.hash())), samples.hash());
 }
 
 std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide, const Sampler& sampler) noexcept {

@@ -94,9 +94,36 @@ struct SunPlane {
   [[nodiscard]] float pdf(float pdf_uv, const V3f& direction) const noexcept { return pdf_uv / (4 * half * half * std::abs(direction.dot(frame.n))); }
 };
 
-// How next-event estimation chooses of a few lights: at v, and at y, where photon density has the straight light of those with 0.
-struct LightTrusts {
-  std::vector<float> at_v, at_y;
+// How next-event estimation chooses of a few lights, by places: a wall that the sun never reaches asks the lamp.
+class LightTrusts {
+ public:
+  LightTrusts() = default;
+  // One row of numbers, a number per light, for anywhere; then one for each of the cells, which tell their rows.
+  // `hidden`: per light, whether photon density has its straight light at y.
+  LightTrusts(NumberedCells<std::uint32_t> cells, std::vector<float> rows, std::vector<char> hidden) : cells_(std::move(cells)), hidden_(std::move(hidden)), at_v_(std::move(rows)), at_y_(at_v_) {
+    for (std::size_t i = 0; i < at_y_.size(); ++i)
+      if (hidden_[i % hidden_.size()]) at_y_[i] = 0;
+  }
+
+  [[nodiscard]] LightTrust at_v(const V3d& p) const noexcept { return row(at_v_, p); }
+  [[nodiscard]] LightTrust at_y(const V3d& p) const noexcept { return row(at_y_, p); }  // 0 for the hidden ones
+  [[nodiscard]] bool is_hidden(int light) const noexcept { return !hidden_.empty() && hidden_[static_cast<std::size_t>(light)]; }
+  [[nodiscard]] std::uint64_t hash() const noexcept {
+    std::uint64_t h = cells_.hash();
+    for (const float t : at_v_) h = mix(h, std::bit_cast<std::uint32_t>(t));
+    for (const char is : hidden_) h = mix(h, static_cast<std::uint64_t>(is));
+    return h;
+  }
+
+ private:
+  [[nodiscard]] LightTrust row(const std::vector<float>& rows, const V3d& p) const noexcept {
+    const std::uint32_t* cell = cells_.find(p);
+    return LightTrust(rows).subspan((cell ? *cell : 0) * hidden_.size(), hidden_.size());
+  }
+
+  NumberedCells<std::uint32_t> cells_;
+  std::vector<char> hidden_;
+  std::vector<float> at_v_, at_y_;
 };
 
 struct Guide {

@@ -158,7 +158,7 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
 // Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.
 bool LightTracer::is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept {
   if (!(effects_.stored_arrivals & bit_of(arrival)) || !(vertex.bsdf.events() & gathering)) return false;
-  if (arrival != Arrival::Direct || (!trust_at_y.empty() && trust_at_y[static_cast<std::size_t>(light_)] == 0)) return true;
+  if (arrival != Arrival::Direct || (trust && trust->is_hidden(light_))) return true;
   return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 

@@ -10,6 +10,7 @@
 #include "transport/branching.h"
 #include "transport/effects.h"
 #include "transport/emission.h"
+#include "transport/guide.h"
 #include "transport/photon.h"
 #include "transport/photon_states.h"
 #include "transport/counts.h"
@@ -49,7 +50,7 @@ class LightTracer {
   void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness = nullptr);
 
   Counts counts;
-  LightTrust trust_at_y;  // of the guide
+  const LightTrusts* trust = nullptr;  // of the guide, which must live on
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;

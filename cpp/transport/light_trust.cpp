@@ -10,7 +10,10 @@ namespace {
 
 constexpr double hidden_variance = 1;  // of a sample at y, against the square of its mean: photons leave a tenth of that
 constexpr float least_trust = 0.05f;   // of that of the most trusted light: one that was not found may still be there
-constexpr std::size_t points_per_light = 2048;
+constexpr float least_in_cell = 0.15f;  // of its trust anywhere: what 10 points in a cell did not find may still be there
+constexpr double weight_of_anywhere = 1;  // against that of one point in a cell
+constexpr std::size_t most_trials = 32768, trials_of_one_light = 2048;
+constexpr double cell_of_extent = 0.02;
 
 // One sample of the irradiance by a light, luminous.
 double irradiance(const Scene& scene, int light, const Hit& at, const Sampler& sampler) {
@@ -22,40 +25,77 @@ double irradiance(const Scene& scene, int light, const Hit& at, const Sampler& s
   return left ? luminance(sample->radiance * *left) * cosine / sample->pdf : 0;
 }
 
-// Sums over the points, of two samples at each.
-struct Findings {
+// What two samples at a point tell of a light.
+struct Trial {
   double variance = 0, square_of_mean = 0;
   double square_of_bound = 0;  // of what the light could do there
+
+  Trial& operator+=(const Trial& o) noexcept {
+    variance += o.variance, square_of_mean += o.square_of_mean, square_of_bound += o.square_of_bound;
+    return *this;
+  }
+  [[nodiscard]] Trial operator*(double by) const noexcept { return {variance * by, square_of_mean * by, square_of_bound * by}; }
+  [[nodiscard]] float trust() const noexcept { return square_of_mean > 0 && square_of_bound > 0 ? static_cast<float>(std::sqrt(square_of_mean / square_of_bound)) : 0; }
 };
+
+Trial try_light(const Scene& scene, int light, const Hit& at, std::uint64_t key) {
+  const auto sample = [&](int index) { return irradiance(scene, light, at, Sampler(key, static_cast<std::uint32_t>(2 * light + index))); };
+  const double a = sample(0), b = sample(1);
+  return {square(a - b) / 2, a * b, square(static_cast<double>(importance(scene.lights()[static_cast<std::size_t>(light)], at.position, at.ng)))};
+}
+
+// Rows of a number per light.
+template <class T>
+struct Table {
+  std::size_t width;
+  std::vector<T> values;
+  [[nodiscard]] std::span<T> row(std::size_t i) noexcept { return std::span(values).subspan(i * width, width); }
+  [[nodiscard]] std::size_t height() const noexcept { return values.size() / width; }
+};
+
+// A light that is not found here may still be here: a part of `anywhere` is left to it.
+void trust_in_cell(std::span<const Trial> here, std::span<const Trial> anywhere, std::span<const float> trust_anywhere, std::span<float> trust) {
+  for (std::size_t l = 0; l < trust.size(); ++l) {
+    Trial sum = here[l];
+    sum += anywhere[l] * weight_of_anywhere;
+    trust[l] = std::max(sum.trust(), least_in_cell * trust_anywhere[l]);
+  }
+}
 
 }  // namespace
 
-LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, const std::atomic<bool>& cancel) {
-  LightTrusts trust;
-  const std::size_t lights = scene.lights().size(), step = std::max<std::size_t>(1, seen.size() / points_per_light);
-  if (lights > few_lights || seen.empty()) return trust;
+LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  const std::size_t lights = scene.lights().size();
+  if (lights == 0 || lights > few_lights || seen.empty()) return {};
+  const std::size_t most = lights == 1 ? trials_of_one_light : most_trials / lights, step = (seen.size() + most - 1) / most, points = (seen.size() + step - 1) / step;
+  Table<Trial> trials{lights, std::vector<Trial>(points * lights)};
+  pool.parallel_for(points, [&](std::size_t i, int) {
+    for (std::size_t l = 0; l < lights && !cancel; ++l) trials.row(i)[l] = try_light(scene, static_cast<int>(l), seen[i * step], key_of(settings.seed, PilotPurpose::Lights, i));
+  });
+
+  NumberedCells<std::uint32_t> cells(cell_of_extent * scene.extent());
+  Table<Trial> sums{lights, std::vector<Trial>(lights)};  // the first row: anywhere
+  for (std::size_t i = 0; i < points; ++i) {
+    std::uint32_t& cell = cells.at(seen[i * step].position);
+    if (cell == 0) cell = static_cast<std::uint32_t>(sums.height()), sums.values.resize(sums.values.size() + lights);
+    for (std::size_t l = 0; l < lights; ++l) sums.row(0)[l] += trials.row(i)[l], sums.row(cell)[l] += trials.row(i)[l];
+  }
+
+  Table<float> trust{lights, std::vector<float>(sums.values.size())};
+  std::vector<char> hidden;
+  const std::span anywhere = sums.row(0);
+  const std::span trust_anywhere = trust.row(0);
   for (std::size_t l = 0; l < lights; ++l) {
     const Light& light = scene.lights()[l];
-    Findings sum;
-    for (std::size_t i = 0; i < seen.size() && !cancel; i += step) {
-      const std::uint64_t key = key_of(settings.seed, PilotPurpose::Lights, i);
-      const auto sample = [&](std::size_t index) { return irradiance(scene, static_cast<int>(l), seen[i], Sampler(key, static_cast<std::uint32_t>(index))); };
-      const double a = sample(2 * l), b = sample(2 * l + 1);
-      sum.variance += square(a - b) / 2, sum.square_of_mean += a * b;
-      sum.square_of_bound += square(static_cast<double>(importance(light, seen[i].position, seen[i].ng)));
-    }
     // The sky of a room is seen through its window, a bulb through its shade: most shadow segments to it end on the way, where photons
     // find the surfaces that it lights.
-    const bool is_hidden = effects.indirect && !is_delta(light) && light.casts_shadow && sum.variance > hidden_variance * sum.square_of_mean;
-    trust.at_v.push_back(sum.square_of_bound > 0 ? static_cast<float>(std::sqrt(sum.square_of_mean / sum.square_of_bound)) : 0);
-    trust.at_y.push_back(is_hidden ? 0 : 1);
+    hidden.push_back(effects.indirect && !is_delta(light) && light.casts_shadow && anywhere[l].variance > hidden_variance * anywhere[l].square_of_mean);
+    trust_anywhere[l] = anywhere[l].trust(), anywhere[l] = anywhere[l] * (1.0 / static_cast<double>(points));
   }
-  const float least = least_trust * std::ranges::max(trust.at_v);
-  for (std::size_t l = 0; l < lights; ++l) {
-    trust.at_v[l] = least > 0 ? std::max(trust.at_v[l], least) : 1;
-    trust.at_y[l] *= trust.at_v[l];
-  }
-  return trust;
+  const float least = least_trust * std::ranges::max(trust_anywhere);
+  for (float& of_light : trust_anywhere) of_light = least > 0 ? std::max(of_light, least) : 1;
+  for (std::size_t cell = 1; cell < sums.height(); ++cell) trust_in_cell(sums.row(cell), anywhere, trust_anywhere, trust.row(cell));
+  return {std::move(cells), std::move(trust.values), std::move(hidden)};
 }
 
 }  // namespace sluice

@@ -24,7 +24,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
 
   pool.parallel_for(chunk_count, [&](std::size_t c, int thread) {
     LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
-    tracer.counts.start(context.scene.edits().size()), tracer.trust_at_y = context.guide.trust.at_y;
+    tracer.counts.start(context.scene.edits().size()), tracer.trust = &context.guide.trust;
     chunks_[c].clear();
     const int end = std::min(paths, static_cast<int>(c + 1) * paths_per_chunk);
     for (int path = static_cast<int>(c) * paths_per_chunk; path < end && !cancel.load(std::memory_order_relaxed); ++path) {

@@ -160,8 +160,8 @@ class Pilot {
     guide.strategies.assign(power.size(), Distribution(even));
     guide.aims.resize(power.size());
     if (guide.lights.empty()) return guide;
-    guide.trust = try_lights(scene_, settings_, effects_, seen.hits(), cancel_);
-    for (LightTracer& tracer : tracers_) tracer.trust_at_y = guide.trust.at_y;
+    guide.trust = try_lights(scene_, settings_, effects_, seen.hits(), pool_, cancel_);
+    for (LightTracer& tracer : tracers_) tracer.trust = &guide.trust;
     share_out(guide, seen, seen_target, power);
     if (!cancel_) size_gathers(guide, seen, mean.length);
     const float typical = guide.caustic_radius;

@@ -11,21 +11,25 @@ namespace sluice {
 namespace {
 
 constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
+constexpr double cost_without_lights = 4.5;  // of a view sample, against that of asking one light
+constexpr double most_light_samples = 4;
 constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
 
 // What pairs of samples in one block say, summed up.
 struct Block {
   V3d mean{0}, variance{0};  // of one sample
+  V3d direct{0};             // of that the direct light's
   V3d emission{0}, emission2{0};  // that is seen, and its square
   double pairs = 0;
-  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
+  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, direct += o.direct, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
 
   // Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs between
   // pixels counts too.
-  [[nodiscard]] double relative(double image_mean) const {
+  [[nodiscard]] double relative(double image_mean, double light_samples) const {
     const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
-    return relative_variance(variance / pairs + edges, mean / pairs, image_mean);
+    return relative_variance((variance - direct * (1 - 1 / light_samples)) / pairs + edges, mean / pairs, image_mean);
   }
+  [[nodiscard]] double relative_direct(double image_mean) const { return relative_variance(direct / pairs, mean / pairs, image_mean); }
 };
 
 // Two samples of a pixel in each quarter of a block: differences inside of a pixel are noise, those between pixels may be texture.
@@ -63,8 +67,9 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   }
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
-    const V3d lamp = V3d(value[0][i].parts[static_cast<std::size_t>(Part::Emission)] + value[1][i].parts[static_cast<std::size_t>(Part::Emission)]) / 2;
-    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, lamp, lamp * lamp, 1};
+    const auto of = [&](int which, Part part) { return V3d(value[which][i].parts[static_cast<std::size_t>(part)]); };
+    const V3d direct = of(0, Part::Direct) - of(1, Part::Direct), lamp = (of(0, Part::Emission) + of(1, Part::Emission)) / 2;
+    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, direct * direct / 2, lamp, lamp * lamp, 1};
   }
 }
 
@@ -79,6 +84,15 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
       out.push_back(sum);
     }
   return out;
+}
+
+// Least noise for the time: as many samples as the root of the noise they would have against the rest's, each for its cost.
+std::uint32_t light_samples(const std::vector<Block>& blocks, double image_mean) {
+  double direct = 0, all = 0;
+  for (const Block& b : blocks)
+    if (b.pairs > 0) direct += b.relative_direct(image_mean), all += b.relative(image_mean, 1);
+  const double wanted = direct < all ? std::sqrt(cost_without_lights * direct / (all - direct)) : direct > 0 ? most_light_samples : 1;
+  return static_cast<std::uint32_t>(std::clamp(std::round(wanted), 1.0, most_light_samples));
 }
 
 }  // namespace
@@ -112,13 +126,14 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
     if (b.pairs > 0) image_mean += luminance(b.mean / b.pairs) / static_cast<double>(blocks.size());
   if (!(image_mean > 0) || !std::isfinite(image_mean)) return {};
   std::vector<double> deviation;
-  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(b.relative(image_mean)));
+  const std::uint32_t of_lights = light_samples(blocks, image_mean);
+  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(std::max(0.0, b.relative(image_mean, of_lights))));
   const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
   if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
   const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;
   std::vector<std::uint8_t> counts;
   for (const double d : deviation) counts.push_back(static_cast<std::uint8_t>(std::clamp(std::round(scale * d), 1.0, static_cast<double>(SampleMap::most))));
-  return {side, width, std::move(counts)};
+  return {side, width, std::move(counts), of_lights};
 }
 
 }  // namespace sluice

@@ -17,16 +17,24 @@ float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other
 // Next-event estimation at v, or at the gather segment's end y, where it stands alone. The shadow segment runs straight through exits
 // and is blocked by every entry that takes q of L. `chance`: that v sends a gather segment, which may find the light too.
 void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
+  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
+  if (part != Part::Direct) return light_sample(path, vertex, arms, part, {numbers, 1, 0});
+  const std::uint32_t count = guide_->samples.light_samples();
+  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, vertex, arms, part, {numbers.part(i, count), static_cast<float>(count), chance});
+}
+
+void ViewTracer::light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one) {
   const bool at_v = part == Part::Direct;
   const std::uint32_t first_pair = at_v ? 2 : 6;
-  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
   const Bsdf& bsdf = vertex.bsdf;
   const V3f& wo = vertex.point.wo;
-  const auto choice = choose_light(scene_, vertex.hit.position, lit_side(bsdf), numbers.first(pair_of(path, first_pair)), at_v ? guide_->trust.at_v : guide_->trust.at_y);
+  const V3d& place = vertex.hit.position;
+  const LightTrust trust = at_v ? guide_->trust.at_v(place) : guide_->trust.at_y(place);
+  const auto choice = choose_light(scene_, place, lit_side(bsdf), one.numbers.first(pair_of(path, first_pair)), trust);
   if (!choice) return;
-  const auto sample = sample_direct(scene_, choice->light, vertex.hit.position, choice->u, numbers.pair(pair_of(path, first_pair + 1)));
+  const auto sample = sample_direct(scene_, choice->light, place, choice->u, one.numbers.pair(pair_of(path, first_pair + 1)));
   if (!sample || !(sample->pdf > 0) || is_black(sample->radiance)) return;  // black: outside a spot's cone
-  const float pdf_light = choice->pmf * sample->pdf;
+  const float pdf_light = one.count * choice->pmf * sample->pdf;  // of all tries together
   const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
   if (!at_v && is_too_near(light, sample->pdf)) return;  // without a rival: photon density has it
   const bool has_rival = at_v && !sample->delta && light.casts_shadow;  // lobe sampling may find the light too
@@ -41,7 +49,7 @@ void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const 
   for_each_event(at_v ? bsdf.events() : static_cast<EventMask>(bsdf.events() & gathering), [&](Event e) {
     const Color f = eval(bsdf, wo, sample->wi, mask_of(e));
     if (is_black(f)) return;
-    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, sample->wi, followed) : chance * pdf(bsdf, wo, sample->wi, gathering);
+    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, sample->wi, followed) : one.chance * pdf(bsdf, wo, sample->wi, gathering);
     const float weight = mis(pdf_light, rival);
     arrived[static_cast<std::size_t>(count++)] = {e, f * sample->radiance * (weight / pdf_light)};
   });
@@ -375,7 +383,8 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
     if (!effects_.direct) return;
     if (light >= 0) {
       if (!scene_.lights()[static_cast<std::size_t>(light)].casts_shadow) return;  // found by next-event estimation alone
-      radiance *= mis(segment.pdf, choice_pmf(scene_, segment.origin, segment.normal, light, guide_->trust.at_v) * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
+      const float pmf = choice_pmf(scene_, segment.origin, segment.normal, light, guide_->trust.at_v(segment.origin));
+      radiance *= mis(segment.pdf, static_cast<float>(guide_->samples.light_samples()) * pmf * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
     }
   }
   for (const Arm& arm : arms) {

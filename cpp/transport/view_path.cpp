@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 #include "edit/hue.h"
 
@@ -59,6 +60,16 @@ void ViewTracer::trace_sample() {
 
 // Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
 // each contribution on its own, from the light's end to the eye's (design §4).
+// The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of a pixel is.
+void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
+  constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
+  static_assert(part_count <= 8);
+  sum += radiance;
+  if (std::max({sum.x, sum.y, sum.z}) < most) return;
+  ++counts.non_finite;
+  for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
+}
+
 void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
@@ -68,10 +79,10 @@ void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to)
     return;
   }
   if (to.images & picture) {
-    self().sample.parts[static_cast<std::size_t>(part)] += radiance;
+    add_up(self().sample.parts[static_cast<std::size_t>(part)], radiance);
     credit_radiance(to.q, radiance);
   }
-  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) self().layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) add_up(self().layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
 }
 
 void ViewTracer::follow(ViewPath& path) {

@@ -93,6 +93,7 @@ class ViewTracer {
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
   void add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept;
+  void add_up(Color& sum, const Color& radiance) noexcept;
   // Light that edits took on its way is in their statistics: calls book(edit) for each of them.
   template <class Book>
   void credit(StateId q, const Color& radiance, Book&& book) const {
@@ -129,6 +130,12 @@ class ViewTracer {
 
   // estimators at v (view_light.cpp)
   void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance = 1);
+  struct LightTry {
+    Sampler numbers;
+    float count;   // of tries that share the estimate
+    float chance;  // that lobes are sampled as well
+  };
+  void light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one);
   struct Unblocked {
     Color left;
     StateId q;

@@ -61,9 +61,10 @@ TEST(Oracle, hidden_light) {
   s.plate("Shade", facing({0, 0, 1}, {0.2, 0, 2}, 1.2, 1.4), painted({0.2f, 0.2f, 0.2f}));
   const auto scene = test::compiled(s.scene);
   const Guide guide = make_guide(*scene, s.settings, find_effects(*scene, s.settings), pool(), std::atomic<bool>(false));
-  EXPECT_GT(guide.trust.at_y.at(0), 0);
-  EXPECT_EQ(guide.trust.at_y.at(1), 0);
-  EXPECT_LT(guide.trust.at_v.at(1), 0.5f * guide.trust.at_v.at(0));
+  const V3d anywhere(1e6, 0, 0);
+  EXPECT_GT(guide.trust.at_y(anywhere)[0], 0);
+  EXPECT_EQ(guide.trust.at_y(anywhere)[1], 0);
+  EXPECT_LT(guide.trust.at_v(anywhere)[1], 0.5f * guide.trust.at_v(anywhere)[0]);
   compare("lamp behind a shade", s, Which::Forward, lit);
   auto& e = s.edit("In", "L'Sky'", facing({0, 0, 1}, {-0.2, 0, 0.6}), 0.4);
   s.exit(e, facing({0.3, 0, 1}, {0.2, 0.1, 0.7}, 1, 1, 0.5), 0.4).intensity = 2;

@@ -268,6 +268,7 @@ TEST(Pass, EntriesThatTakeNoLightFromInfinityGetNoTarget) {
 // A lamp behind a wall is trusted little, but for one that casts no shadow: no wall hides it.
 TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
   SceneDescription description = small_world();
+  ThreadPool pool(1);
   description.edits.clear(), description.instances.pop_back();
   test::place(description, description.instances[0].mesh, test::translation({0, 0, 5}), 0, "Wall");
   LightDescription& hidden = description.lights.emplace_back(description.lights[0]);
@@ -277,10 +278,10 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     const auto scene = test::compiled(description);
     const TransportSettings settings;
     const Hit floor{1, V3d(0, 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
-    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), std::atomic<bool>(false));
-    EXPECT_NEAR(trust.at_v[0], 1, 0.2);
-    if (casts_shadow) EXPECT_LT(trust.at_v[1], 0.1);
-    else EXPECT_NEAR(trust.at_v[1], 1, 0.2);
+    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), pool, std::atomic<bool>(false));
+    EXPECT_NEAR(trust.at_v(floor.position)[0], 1, 0.2);
+    if (casts_shadow) EXPECT_LT(trust.at_v(floor.position)[1], 0.1);
+    else EXPECT_NEAR(trust.at_v(floor.position)[1], 1, 0.2);
   }
 }
 
