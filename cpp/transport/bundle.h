@@ -25,6 +25,8 @@ struct ViewSample {
   std::uint64_t key;    // of choices outside of the samplers' dimensions
   float share;          // in its pixel's mean; 0: traced for the others alone
   bool has_turn;        // if the bundle shares its segments: with turn_chance
+  std::uint32_t light_samples = 1;  // by next-event estimation at each v
+  bool measures_lights = false;     // of two samples: how far they lie apart
 };
 
 // At most one thing for D, one for G, and one for the picture beside its layers.
@@ -97,6 +99,7 @@ inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a ver
 struct BundleMember {
   PixelSample sample;
   std::vector<Color> layers;
+  V3d light_variance;
 };
 
 }  // namespace sluice

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where view samples go: how many of a pass each block of pixels takes, and how many lights each asks at v, as a pilot pass found noise there. Fixed before the first pass
+// Where view samples go: how many of a pass each block of pixels takes, and how many lights each asks, as a pilot pass found noise there. Fixed before the first pass
 // like the rest of the guide and made of samples of its own, so the picture's mean stays what it is (no sample decides about itself).
 #pragma once
 #include <numeric>
@@ -9,33 +9,35 @@
 
 namespace sluice {
 
+struct SampleCount {
+  std::uint8_t samples = 1;        // of a pixel
+  std::uint8_t light_samples = 1;  // of each of those by next-event estimation at v, where that is most of the noise
+};
+
 class SampleMap {
  public:
   static constexpr int most = 16;  // samples of a pixel
 
   SampleMap() = default;  // one sample everywhere
   // `side`: of a block, in pixels.
-  SampleMap(int side, std::size_t blocks_x, std::vector<std::uint8_t> counts, std::uint32_t light_samples)
-      : side_(side), blocks_x_(blocks_x), counts_(std::move(counts)), light_samples_(light_samples) {}
+  SampleMap(int side, std::size_t blocks_x, std::vector<SampleCount> counts) : side_(side), blocks_x_(blocks_x), counts_(std::move(counts)) {}
 
-  // Samples that pixel (x, y) of the full frame takes in each pass.
-  [[nodiscard]] std::uint32_t at(int x, int y) const noexcept { return counts_.empty() ? 1 : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ + static_cast<std::size_t>(x / side_)]; }
-  // Samples of lights at each v, where they cost less than what else a view path does.
-  [[nodiscard]] std::uint32_t light_samples() const noexcept { return light_samples_; }
+  // What pixel (x, y) of the full frame takes in each pass.
+  [[nodiscard]] SampleCount at(int x, int y) const noexcept { return counts_.empty() ? SampleCount{} : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ + static_cast<std::size_t>(x / side_)]; }
   [[nodiscard]] double mean() const noexcept {
-    return counts_.empty() ? 1 : std::accumulate(counts_.begin(), counts_.end(), 0.0) / static_cast<double>(counts_.size());
+    const auto add = [](double sum, const SampleCount& count) { return sum + count.samples; };
+    return counts_.empty() ? 1 : std::accumulate(counts_.begin(), counts_.end(), 0.0, add) / static_cast<double>(counts_.size());
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {
-    std::uint64_t h = light_samples_;
-    for (const std::uint8_t n : counts_) h = mix(h, n);
+    std::uint64_t h = 0;
+    for (const SampleCount& count : counts_) h = mix(h, static_cast<std::uint64_t>(count.samples) << 8 | count.light_samples);
     return h;
   }
 
  private:
   int side_ = 1;
   std::size_t blocks_x_ = 0;
-  std::vector<std::uint8_t> counts_;
-  std::uint32_t light_samples_ = 1;
+  std::vector<SampleCount> counts_;
 };
 
 }  // namespace sluice

@@ -13,23 +13,31 @@ namespace {
 constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
 constexpr double cost_without_lights = 4.5;  // of a view sample, against that of asking one light
 constexpr double most_light_samples = 4;
+constexpr std::uint32_t pilot_light_samples = 2;
 constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
 
 // What pairs of samples in one block say, summed up.
 struct Block {
   V3d mean{0}, variance{0};  // of one sample
-  V3d direct{0};             // of that the direct light's
+  V3d lights{0};             // of that what comes by the samples of lights
   V3d emission{0}, emission2{0};  // that is seen, and its square
   double pairs = 0;
-  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, direct += o.direct, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
+  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, lights += o.lights, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
 
-  // Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs between
-  // pixels counts too.
+  // Against the mean, with so many light samples. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of
+  // those pixels: there what differs between pixels counts too.
   [[nodiscard]] double relative(double image_mean, double light_samples) const {
     const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
-    return relative_variance((variance - direct * (1 - 1 / light_samples)) / pairs + edges, mean / pairs, image_mean);
+    V3d left = variance - lights;
+    for (int c = 0; c < 3; ++c) left[c] = std::max(0.0, left[c]);  // both are estimates
+    return relative_variance((left + lights * (pilot_light_samples / light_samples)) / pairs + edges, mean / pairs, image_mean);
   }
-  [[nodiscard]] double relative_direct(double image_mean) const { return relative_variance(direct / pairs, mean / pairs, image_mean); }
+  // Least noise for the time: as the root of the noise of one sample against that of the rest, each for its cost.
+  [[nodiscard]] double best_light_samples(double image_mean) const {
+    const double by_lights = relative_variance(lights * pilot_light_samples / pairs, mean / pairs, image_mean), left = relative(image_mean, 1) - by_lights;
+    const double wanted = left > 0 ? std::sqrt(cost_without_lights * by_lights / left) : by_lights > 0 ? most_light_samples : 1;
+    return std::clamp(std::round(wanted), 1.0, most_light_samples);
+  }
 };
 
 // Two samples of a pixel in each quarter of a block: differences inside of a pixel are noise, those between pixels may be texture.
@@ -44,7 +52,7 @@ ViewSample sample_of(const PassContext& context, int x0, int y0, int side, int q
   const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
   const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
   const Sampler sampler(mix(key, 2 + which), 0);
-  return {x, y, sampler, sampler, mix(key, 4 + which), 0, ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which};
+  return {x, y, sampler, sampler, mix(key, 4 + which), 0, ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which, pilot_light_samples, true};
 }
 
 // The blocks next to each other in a square of two by two, as far as they lie in the frame.
@@ -61,15 +69,16 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
     block_of[count++] = y * width + x;
   }
   std::array<PixelSample, bundle_size> value[2];
+  std::array<V3d, bundle_size> lights[2];
   for (int which = 0; which < 2; ++which) {
     tracer.trace(std::span(bundle[which]).first(count));
-    for (std::size_t i = 0; i < count; ++i) value[which][i] = tracer.sample(i);
+    for (std::size_t i = 0; i < count; ++i) value[which][i] = tracer.sample(i), lights[which][i] = tracer.light_variance(i);
   }
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
     const auto of = [&](int which, Part part) { return V3d(value[which][i].parts[static_cast<std::size_t>(part)]); };
-    const V3d direct = of(0, Part::Direct) - of(1, Part::Direct), lamp = (of(0, Part::Emission) + of(1, Part::Emission)) / 2;
-    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, direct * direct / 2, lamp, lamp * lamp, 1};
+    const V3d lamp = (of(0, Part::Emission) + of(1, Part::Emission)) / 2;
+    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, (lights[0][i] + lights[1][i]) / 2, lamp, lamp * lamp, 1};
   }
 }
 
@@ -84,15 +93,6 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
       out.push_back(sum);
     }
   return out;
-}
-
-// Least noise for the time: as many samples as the root of the noise they would have against the rest's, each for its cost.
-std::uint32_t light_samples(const std::vector<Block>& blocks, double image_mean) {
-  double direct = 0, all = 0;
-  for (const Block& b : blocks)
-    if (b.pairs > 0) direct += b.relative_direct(image_mean), all += b.relative(image_mean, 1);
-  const double wanted = direct < all ? std::sqrt(cost_without_lights * direct / (all - direct)) : direct > 0 ? most_light_samples : 1;
-  return static_cast<std::uint32_t>(std::clamp(std::round(wanted), 1.0, most_light_samples));
 }
 
 }  // namespace
@@ -125,15 +125,19 @@ SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::a
   for (const Block& b : blocks)
     if (b.pairs > 0) image_mean += luminance(b.mean / b.pairs) / static_cast<double>(blocks.size());
   if (!(image_mean > 0) || !std::isfinite(image_mean)) return {};
-  std::vector<double> deviation;
-  const std::uint32_t of_lights = light_samples(blocks, image_mean);
-  for (const Block& b : smoothed(blocks, width, height)) deviation.push_back(std::sqrt(std::max(0.0, b.relative(image_mean, of_lights))));
+  std::vector<SampleCount> counts;
+  std::vector<double> deviation;  // for its cost
+  for (const Block& b : smoothed(blocks, width, height)) {
+    const double of_lights = b.best_light_samples(image_mean);
+    counts.push_back({1, static_cast<std::uint8_t>(of_lights)});
+    deviation.push_back(std::sqrt(b.relative(image_mean, of_lights) / (cost_without_lights + of_lights)));
+  }
   const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
   if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
   const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;
-  std::vector<std::uint8_t> counts;
-  for (const double d : deviation) counts.push_back(static_cast<std::uint8_t>(std::clamp(std::round(scale * d), 1.0, static_cast<double>(SampleMap::most))));
-  return {side, width, std::move(counts), of_lights};
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i].samples = static_cast<std::uint8_t>(std::clamp(std::round(scale * deviation[i]), 1.0, static_cast<double>(SampleMap::most)));
+  return {side, width, std::move(counts)};
 }
 
 }  // namespace sluice

@@ -19,8 +19,14 @@ float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other
 void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
   const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
   if (part != Part::Direct) return light_sample(path, vertex, arms, part, {numbers, 1, 0});
-  const std::uint32_t count = guide_->samples.light_samples();
-  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, vertex, arms, part, {numbers.part(i, count), static_cast<float>(count), chance});
+  const std::uint32_t count = bundle_[at_].light_samples;
+  const auto so_far = [this] { return V3d(self().sample.parts[static_cast<std::size_t>(Part::Direct)]); };
+  V3d apart = bundle_[at_].measures_lights ? so_far() : V3d(0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    light_sample(path, vertex, arms, part, {numbers.part(i, count), static_cast<float>(count), chance});
+    if (bundle_[at_].measures_lights) apart += i == 0 ? so_far() * -2 : so_far();
+  }
+  self().light_variance += apart * apart;
 }
 
 void ViewTracer::light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one) {
@@ -249,7 +255,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
   if (!sample || !(sample->pdf > 0)) return;
   Arms arms = arms_of(path, v, *sample);
   for (Arm& arm : arms) arm.weight /= chance;
-  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * chance};
+  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * chance / static_cast<float>(bundle_[at_].light_samples)};
   Ray ray = ray_from(v.hit, sample->wi);
   double length = 0;
   bool arrived = false;
@@ -384,7 +390,7 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
     if (light >= 0) {
       if (!scene_.lights()[static_cast<std::size_t>(light)].casts_shadow) return;  // found by next-event estimation alone
       const float pmf = choice_pmf(scene_, segment.origin, segment.normal, light, guide_->trust.at_v(segment.origin));
-      radiance *= mis(segment.pdf, static_cast<float>(guide_->samples.light_samples()) * pmf * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
+      radiance *= mis(segment.pdf, pmf * pdf_direct(scene_, light, segment.origin, segment.direction, hit));
     }
   }
   for (const Arm& arm : arms) {

@@ -14,7 +14,7 @@ struct Pixel {
   bool is_inside;  // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
   bool has_turn;
   std::uint32_t place;    // among those that have their turn together
-  std::uint32_t samples;  // in a pass
+  SampleCount count;      // in a pass
 };
 
 class PixelGroup {
@@ -51,8 +51,8 @@ ViewSample sample_of(const PassContext& context, const PixelGroup& group, const 
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
   const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
   const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
-  return {pixel.x, pixel.y, Sampler(key, index * pixel.samples + round, stream), Sampler(mix(group.key(), round), index * turn_size + place, stream),
-          round == 0 ? choices : mix(choices, round), pixel.is_inside ? 1 / static_cast<float>(pixel.samples) : 0, pixel.has_turn};
+  return {pixel.x, pixel.y, Sampler(key, index * pixel.count.samples + round, stream), Sampler(mix(group.key(), round), index * turn_size + place, stream),
+          round == 0 ? choices : mix(choices, round), pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0, pixel.has_turn, pixel.count.light_samples};
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
@@ -66,7 +66,7 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
     for (const Pixel& p : group.pixels())
-      if (p.samples > round) {
+      if (p.count.samples > round) {
         bundle[count] = sample_of(context, group, p, round);
         pixel[count++] = &p;
       }
@@ -76,7 +76,7 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
       if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i));
   }
   for (const Pixel& p : group.pixels())
-    if (p.is_inside) tile.scale(index_in(box, p), 1 / static_cast<float>(p.samples));
+    if (p.is_inside) tile.scale(index_in(box, p), 1 / static_cast<float>(p.count.samples));
 }
 
 }  // namespace

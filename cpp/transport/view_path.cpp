@@ -39,7 +39,7 @@ void ViewTracer::trace_sample() {
   const ViewSample& asked = bundle_[at_];
   sampler_ = asked.sampler, key_ = asked.key, draws_ = 0;
   BundleMember& member = self();
-  member.sample = {}, recorded_ = false;
+  member.sample = {}, member.light_variance = V3d(0), recorded_ = false;
   member.layers.assign(scene_.edits().layers().size(), Color(0));
   hues_.clear();
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));

@@ -51,6 +51,8 @@ class ViewTracer {
   // At most bundle_size samples of pixels near each other.
   void trace(std::span<const ViewSample> bundle);
   [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return members_[index].sample; }  // of the last bundle
+  // Of its direct light's mean, as far as two samples of lights at each v tell, if they were asked to.
+  [[nodiscard]] const V3d& light_variance(std::size_t index) const noexcept { return members_[index].light_variance; }
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept { return members_[index].layers; }
   Counts counts;
 
@@ -63,7 +65,7 @@ class ViewTracer {
   struct LightSegment {  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
     V3d origin;
     V3f direction, normal;
-    float pdf;  // of the direction; 0: next-event estimation could not have made it
+    float pdf;  // of the direction, for each light that was asked there; 0: next-event estimation could not have made it
     bool camera = false;
   };
 
@@ -180,7 +182,9 @@ class ViewTracer {
   [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
-  [[nodiscard]] static LightSegment segment_of(const ViewPath& path) noexcept { return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, path.is_camera}; }
+  [[nodiscard]] LightSegment segment_of(const ViewPath& path) const noexcept {
+    return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf / static_cast<float>(bundle_[at_].light_samples), path.is_camera};
+  }
   [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept {
     Arms arms;
     arms.add({path.joins, Color(1), all_images});

@@ -56,8 +56,8 @@ TEST(LightSamples, KeepTheMeanAndTakeNoise) {
   PhotonPass photon_pass(*scene, settings, effects, pool.size());
   ViewPass view_pass(*scene, settings, effects, pool.size());
   constexpr int passes = 48;
-  const auto render = [&](std::uint32_t light_samples) {
-    guide.samples = SampleMap(32, 1, {1}, light_samples);
+  const auto render = [&](std::uint8_t light_samples) {
+    guide.samples = SampleMap(32, 1, {{1, light_samples}});
     std::vector<std::vector<float>> films;
     for (int pass = 0; pass < passes; ++pass) {
       Film film(32, 32);
@@ -84,12 +84,12 @@ TEST(LightSamples, KeepTheMeanAndTakeNoise) {
     return sum;
   };
   const auto one = render(1);
-  for (const std::uint32_t light_samples : {2u, 3u, 4u}) {
+  for (const std::uint8_t light_samples : {2, 3, 4}) {
     const auto many = render(light_samples);
     const test::Mean a = whole(one), b = whole(many);
-    EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << light_samples;
+    EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << int{light_samples};
     EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
-    EXPECT_LT(noise(many), (0.15 + 0.95 / light_samples) * noise(one)) << light_samples;  // the rest is the lobes'
+    EXPECT_LT(noise(many), (0.15 + 0.95 / light_samples) * noise(one)) << int{light_samples};  // the rest is the lobes'
   }
 }
 
