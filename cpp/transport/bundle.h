@@ -26,7 +26,7 @@ struct ViewSample {
   float share;          // in its pixel's mean; 0: traced for the others alone
   bool has_turn;        // if the bundle shares its segments: with turn_chance
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
-  bool measures_lights = false;     // of two samples: how far they lie apart
+  bool measures_lights = false;     // there are two of them, to see how far they lie apart
 };
 
 // At most one thing for D, one for G, and one for the picture beside its layers.

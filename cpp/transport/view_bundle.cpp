@@ -184,8 +184,8 @@ void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& f
   const Color whole = factor * seer.weight, radiance = light.picture * whole;
   if (!is_finite(radiance)) return void(++counts.non_finite);
   BundleMember& member = members_[seer.sample];
-  member.sample.parts[static_cast<std::size_t>(Part::Indirect)] += radiance;
-  for (std::size_t l = 0; l < member.layers.size(); ++l) member.layers[l] += light.layers[l] * whole;
+  add_up(member.sample.parts[static_cast<std::size_t>(Part::Indirect)], radiance);
+  for (std::size_t l = 0; l < member.layers.size(); ++l) add_up(member.layers[l], light.layers[l] * whole);
   for (const auto& [edit, part] : light.taken) counts.of_edit(static_cast<int>(edit)).shown += luminance(part * whole) * bundle_[seer.sample].share;
 }
 

@@ -58,8 +58,6 @@ void ViewTracer::trace_sample() {
   if (!recorded_) member.sample.alpha = 1, member.sample.depth = far_away;  // an edit took the path: black, but no hole in the film
 }
 
-// Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
-// each contribution on its own, from the light's end to the eye's (design §4).
 // The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of a pixel is.
 void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
   constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
@@ -70,6 +68,8 @@ void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
   for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
 }
 
+// Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
+// each contribution on its own, from the light's end to the eye's (design §4).
 void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)

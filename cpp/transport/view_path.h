@@ -65,7 +65,8 @@ class ViewTracer {
   struct LightSegment {  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
     V3d origin;
     V3f direction, normal;
-    float pdf;  // of the direction, for each light that was asked there; 0: next-event estimation could not have made it
+    float pdf;  // of the direction; 0: next-event estimation could not have made it
+    float light_samples = 1;  // that it took there
     bool camera = false;
   };
 
@@ -130,14 +131,14 @@ class ViewTracer {
   [[nodiscard]] int pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
 
-  // estimators at v (view_light.cpp)
+  // direct light and emission (view_direct.cpp)
   void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance = 1);
   struct LightTry {
     Sampler numbers;
-    float count;   // of tries that share the estimate
     float chance;  // that lobes are sampled as well
   };
   void light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one);
+  void measure_lights(const ViewPath& path, const Vertex& vertex, const Arms& arms, float chance);
   struct Unblocked {
     Color left;
     StateId q;
@@ -145,6 +146,11 @@ class ViewTracer {
   [[nodiscard]] std::optional<Unblocked> unblocked(const Vertex& vertex, int light, const DirectSample& sample);
   void count_taken(StateId q, const Segment& to_light);
   [[nodiscard]] bool is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light);
+  void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
+  void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
+  void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
+
+  // photons and gather segments at v (view_light.cpp)
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v, Seer* seer);
   void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
@@ -156,9 +162,6 @@ class ViewTracer {
   [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
   void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
-  void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
-  void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
-  void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
 
   // gather segments of a bundle (view_bundle.cpp)
   struct Connection {  // a way from some v to y
@@ -182,8 +185,9 @@ class ViewTracer {
   [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
+  [[nodiscard]] float light_samples() const noexcept { return static_cast<float>(bundle_[at_].light_samples); }
   [[nodiscard]] LightSegment segment_of(const ViewPath& path) const noexcept {
-    return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf / static_cast<float>(bundle_[at_].light_samples), path.is_camera};
+    return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, light_samples(), path.is_camera};
   }
   [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept {
     Arms arms;
