@@ -224,7 +224,7 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   const auto sample = sample_lobe(bsdf, lobe, vertex.point.wo, sampler.pair(pair + 1));
   if (!sample) return false;
   const Color weight = sample->weight * (total / bsdf.lobes[lobe].choice);
-  path.throughput *= average(weight);
+  path.throughput *= weight;
   const float survival = survival_chance(path.throughput, path.depth + 1);
   if (!(u.y < survival)) return false;
   path.throughput /= survival;

@@ -175,7 +175,7 @@ bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
   }
   const auto sample = sluice::sample(bsdf, vertex.point.wo, pair(path, 0).x, pair(path, 1), followed);
   if (!sample) return false;
-  path.throughput *= average(sample->weight);
+  path.throughput *= sample->weight;
   const float survival = survival_chance(path.throughput, path.depth + 1);
   if (!(pair(path, 0).y < survival)) return false;
   path.weight /= survival, path.throughput /= survival;

@@ -120,6 +120,30 @@ TEST(LightPath, BothWaysAtTheFirstGlassAreFollowed) {
   EXPECT_GT(met, 200);
 }
 
+// What roulette leaves of light in a deeply coloured room is not brighter than what the lamp sent: else single photons show.
+TEST(LightPath, RouletteGainsInNoChannel) {
+  SceneDescription description;
+  const auto red = test::one_node("red", "BsdfDiffuse", {test::input("Color", 0.9f, 0.05f, 0.05f), test::input("Roughness", 0)});
+  test::place(description, test::add(description, test::sphere(12)), test::scaling({2, 2, 2}), test::add(description, red), "Room");
+  description.lights.emplace_back();
+  const auto scene = test::compiled(description);
+  Renderer renderer(*scene, 1);
+  LightTracer tracer(*scene, renderer.settings, renderer.effects, 1);
+  int deep = 0;
+  for (std::uint32_t path = 0; path < 500; ++path) {
+    std::vector<Photon> photons;
+    const Sampler sampler(7, path);
+    const auto emitted = emit_photon(*scene, renderer.guide, sampler);
+    ASSERT_TRUE(emitted);
+    tracer.trace(*emitted, 1, sampler, path, photons);
+    for (const Photon& photon : photons) {
+      ASSERT_LE(max_component(photon.flux()), 1.001f * max_component(emitted->flux));
+      deep += photon.depth >= 7;
+    }
+  }
+  EXPECT_GT(deep, 100);
+}
+
 // A floor and a ceiling that multiply light by 1e20 soon make it infinite: it ends there, and the ledger still closes.
 TEST(Pass, LightThatNoNumberHoldsIsBookedAsCapped) {
   SceneDescription description = small_world();
