@@ -122,7 +122,7 @@ class SluiceScene(bpy.types.PropertyGroup):
         name="Animated Seed", description="Another seed in each frame, so that noise moves instead of sticking to the screen",
         default=False, override=OVERRIDABLE, update=_tag_owner)
     use_adaptive_sampling: BoolProperty(
-        name="Adaptive Sampling", description="More samples in each pass for the pixels in which a pilot finds noise. The viewport goes without",
+        name="Adaptive Sampling", description="More samples and lights asked where a pilot finds noise. The viewport goes without",
         default=True, override=OVERRIDABLE, update=_tag_owner)
     max_depth: IntProperty(
         name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=250,

@@ -52,7 +52,8 @@ ViewSample sample_of(const PassContext& context, int x0, int y0, int side, int q
   const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
   const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
   const Sampler sampler(mix(key, 2 + which), 0);
-  return {x, y, sampler, sampler, mix(key, 4 + which), 0, ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which, pilot_light_samples, true};
+  const bool has_turn = ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which;
+  return {.x = x, .y = y, .sampler = sampler, .turn = sampler, .key = mix(key, 4 + which), .share = 0, .has_turn = has_turn, .light_samples = pilot_light_samples, .measures_lights = true};
 }
 
 // The blocks next to each other in a square of two by two, as far as they lie in the frame.

@@ -13,7 +13,7 @@ struct TransportSettings {
   int max_depth = 12;         // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
-  bool use_adaptive_sampling = true;  // several samples of a pixel in each pass where a pilot finds noise
+  bool use_adaptive_sampling = true;  // several samples of a pixel in each pass, and several lights asked by each, where a pilot finds noise
   std::size_t state_memory = std::size_t{2} << 30;  // bytes, of the states of paths (edit/path_state.h) of all threads together
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
   float caustic_radius_range = 2.5f;  // that radius is at most so many times wider or narrower where the pilot finds few or many photons; 1: never

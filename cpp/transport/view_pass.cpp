@@ -51,8 +51,14 @@ ViewSample sample_of(const PassContext& context, const PixelGroup& group, const 
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
   const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
   const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
-  return {pixel.x, pixel.y, Sampler(key, index * pixel.count.samples + round, stream), Sampler(mix(group.key(), round), index * turn_size + place, stream),
-          round == 0 ? choices : mix(choices, round), pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0, pixel.has_turn, pixel.count.light_samples};
+  return {.x = pixel.x,
+          .y = pixel.y,
+          .sampler = Sampler(key, index * pixel.count.samples + round, stream),
+          .turn = Sampler(mix(group.key(), round), index * turn_size + place, stream),
+          .key = round == 0 ? choices : mix(choices, round),
+          .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
+          .has_turn = pixel.has_turn,
+          .light_samples = pixel.count.light_samples};
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {

@@ -100,6 +100,12 @@ def test_layers_change_no_bit_of_the_picture(kind):
         np.testing.assert_array_equal(rendered(kind)[name], plain[name], err_msg=name)
 
 
+def test_layers_change_no_bit_where_a_pilot_places_samples():
+    plain, layered_one = (render(scene, **{**SETTINGS, "use_adaptive_sampling": True}) for scene in (room(hue=1.0), layered(room(hue=1.0))))
+    np.testing.assert_array_equal(layered_one["Combined"], plain["Combined"])
+    assert layered_one.statistics["guide_hash"] == plain.statistics["guide_hash"]
+
+
 def test_threads_change_no_bit():
     hashes = {render(layered(room(hue=1.0)), **{**SETTINGS, "threads": threads}).hash for threads in (1, 2, 3)}
     assert hashes == {rendered("hues").hash}
