@@ -27,8 +27,8 @@ class Facings {
   [[nodiscard]] static int bin_of(const V3f& normal) noexcept;
 
   Facings() = default;
-  // Of triangles, in the order of their bins, of a mesh that has `mesh_triangles`. `front`: 1 or -1 = a closed surface that is seen from where the normals point, or from the
-  // other side; 0 = open, seen from both.
+  // Of triangles, in the order of their bins, of a mesh that has `mesh_triangles`. `front`: 1 or -1 = a closed surface that is seen from
+  // where the normals point, or from the other side; 0 = open, seen from both.
   Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_triangles, int front);
 
   [[nodiscard]] int of(std::uint32_t triangle) const noexcept { return of_[triangle]; }  // the group of a triangle of the mesh

@@ -117,7 +117,7 @@ class LightTrusts {
 
  private:
   [[nodiscard]] LightTrust row(const std::vector<float>& rows, const V3d& p) const noexcept {
-    const std::uint32_t* cell = cells_.find(p);
+    const std::uint32_t* cell = hidden_.size() > 1 ? cells_.find(p) : nullptr;  // a light alone is chosen anyway
     return LightTrust(rows).subspan((cell ? *cell : 0) * hidden_.size(), hidden_.size());
   }
 

@@ -25,7 +25,7 @@ struct LightPath {
   V3f direction;
   V3f clearance{0};
   Color flux;              // W
-  Color throughput{1};  // of materials alone, for roulette
+  Color throughput{1};     // of materials alone, for roulette
   StateId q = 0;
   Event last = Event::L;   // last event: the class of the next arrival
   bool was_diffuse = false;  // a D before

@@ -52,7 +52,6 @@ struct Table {
   std::size_t width;
   std::vector<T> values;
   [[nodiscard]] std::span<T> row(std::size_t i) noexcept { return std::span(values).subspan(i * width, width); }
-  [[nodiscard]] std::size_t height() const noexcept { return values.size() / width; }
 };
 
 // Sums of trials, in one order for any number of threads. Row 0: anywhere; those of the cells follow, and each cell holds its row's number.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where view samples go: how many of a pass each block of pixels takes, and how many lights each asks, as a pilot pass found noise there. Fixed before the first pass
-// like the rest of the guide and made of samples of its own, so the picture's mean stays what it is (no sample decides about itself).
+// Where view samples go: how many of a pass each block of pixels takes, and how many lights each asks, as a pilot pass found noise
+// there. Fixed before the first pass like the rest of the guide and made of samples of its own, so the picture's mean stays what it is
+// (no sample decides about itself).
 #pragma once
 #include <numeric>
 #include <vector>

@@ -77,8 +77,8 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   }
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
-    const auto of = [&](int which, Part part) { return V3d(value[which][i].parts[static_cast<std::size_t>(part)]); };
-    const V3d lamp = (of(0, Part::Emission) + of(1, Part::Emission)) / 2;
+    const auto emission = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Emission)]); };
+    const V3d lamp = (emission(0) + emission(1)) / 2;
     blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, (lights[0][i] + lights[1][i]) / 2, lamp, lamp * lamp, 1};
   }
 }

@@ -18,8 +18,8 @@ float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other
 void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
   const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
   if (part != Part::Direct) return light_sample(path, vertex, arms, part, {numbers, 0});
-  const std::uint32_t count = bundle_[at_].light_samples;
   if (bundle_[at_].measures_lights) return measure_lights(path, vertex, arms, chance);
+  const std::uint32_t count = bundle_[at_].light_samples;
   for (std::uint32_t i = 0; i < count; ++i) light_sample(path, vertex, arms, part, {numbers.part(i, count), chance});
 }
 

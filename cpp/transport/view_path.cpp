@@ -63,7 +63,7 @@ void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
   constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
   static_assert(part_count <= 8);
   sum += radiance;
-  if (std::max({sum.x, sum.y, sum.z}) < most) return;
+  if (max_component(sum) < most) return;
   ++counts.non_finite;
   for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
 }

@@ -25,7 +25,7 @@ struct ViewPath {
   int hue = -1;             // the hue gates met, list in ViewTracer
   int joins = Joins::all;   // C
   StateId state = 0;        // of the view edits' automata
-  Color throughput{1};  // of materials alone, for roulette
+  Color throughput{1};      // of materials alone, for roulette
   int depth = 0;            // D, S, G events so far
   int gates = 0;
   int excluded_group = -1;  // plane group that the segment starts on

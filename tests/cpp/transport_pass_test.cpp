@@ -47,6 +47,15 @@ struct Renderer {
     return film.hash();
   }
 
+  // One photon that leaves a light, and what it leaves behind.
+  std::pair<std::optional<EmittedPhoton>, std::vector<Photon>> light_path(std::uint32_t path) {
+    LightTracer tracer(scene, settings, effects, 1);
+    const Sampler sampler(7, path);
+    std::pair<std::optional<EmittedPhoton>, std::vector<Photon>> out{emit_photon(scene, guide, sampler), {}};
+    if (out.first) tracer.trace(*out.first, 1, sampler, path, out.second);
+    return out;
+  }
+
   const Scene& scene;
   TransportSettings settings{.photons = 8000};
   Effects effects;
@@ -98,14 +107,10 @@ TEST(LightPath, BothWaysAtTheFirstGlassAreFollowed) {
   description.lights.push_back(lamp);
   const auto scene = test::compiled(description);
   Renderer renderer(*scene, 1);
-  LightTracer tracer(*scene, renderer.settings, renderer.effects, 1);
   int met = 0;
   for (std::uint32_t path = 0; path < 2000; ++path) {
-    std::vector<Photon> photons;
-    const Sampler sampler(7, path);
-    const auto emitted = emit_photon(*scene, renderer.guide, sampler);
+    auto [emitted, photons] = renderer.light_path(path);
     ASSERT_TRUE(emitted);
-    tracer.trace(*emitted, 1, sampler, path, photons);
     std::erase_if(photons, [](const Photon& photon) { return photon.arrival != Arrival::Caustic || photon.depth != 1; });
     if (photons.empty()) continue;
     ++met;
@@ -128,14 +133,10 @@ TEST(LightPath, RouletteGainsInNoChannel) {
   description.lights.emplace_back();
   const auto scene = test::compiled(description);
   Renderer renderer(*scene, 1);
-  LightTracer tracer(*scene, renderer.settings, renderer.effects, 1);
   int deep = 0;
   for (std::uint32_t path = 0; path < 500; ++path) {
-    std::vector<Photon> photons;
-    const Sampler sampler(7, path);
-    const auto emitted = emit_photon(*scene, renderer.guide, sampler);
+    const auto [emitted, photons] = renderer.light_path(path);
     ASSERT_TRUE(emitted);
-    tracer.trace(*emitted, 1, sampler, path, photons);
     for (const Photon& photon : photons) {
       ASSERT_LE(max_component(photon.flux()), 1.001f * max_component(emitted->flux));
       deep += photon.depth >= 7;
