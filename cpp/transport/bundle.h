@@ -66,17 +66,32 @@ struct Outgoing {
   std::vector<std::pair<std::uint32_t, Color>> taken;  // the picture's, by edits that took it on its way: for their statistics
 };
 
+// Straight light that next-event estimation found at y: where it goes on to is known when it is shared, so lobes as sharp as they may be
+// throw it there as they do.
+struct StraightLight {
+  struct Share {
+    std::size_t arm;
+    Event event;         // by which it leaves y
+    StateId q;           // behind that
+    ImageSet images;
+  };
+  V3f wi;
+  Color arriving;        // radiance / density; black: none
+  std::array<Share, 2 * Arms::most> shares;
+  std::size_t count = 0;
+};
+
 // The far end of a sample's gather segment.
 struct FarEnd {
   bool found = false;   // it was sent, and met a surface
   bool is_own = false;  // not shared: alpha on the way or at y, of which a shadow ray cannot tell
-  Hit hit;              // y; ng on the side of v
-  V3f ns;
+  Vertex y;
   float pdf;            // with which v made the direction (1/sr)
-  float cone;           // least cosine between two directions from y that see the same light; -1: all do
+  float cone;           // least cosine between two directions from y that see the same lobes; -1: all do
+  float photon_cone;    // and the same light of photons, which is thrown as to its finder
   Arms arms;            // of v
-  std::array<Outgoing, Arms::most> light;  // by arm
-  EventMask kinds;                         // of y's lobes
+  StraightLight straight;
+  std::array<Outgoing, Arms::most> light;  // of photons, by arm
   std::vector<StateId> arrived, states;    // of that light, at y and behind it, where edits ask
   std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v; empty: none
 };

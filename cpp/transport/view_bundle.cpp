@@ -13,7 +13,9 @@ namespace sluice {
 namespace {
 
 constexpr float least_cosine_at_y = 0.02f;  // closer to grazing its shading normal depends on who looks (surface.cpp)
-constexpr float cone_of_lobe = 0.1f;        // of a lobe's width (rad): directions so close see the same, up to a bias that shrinks with the radii
+// Directions so close (rad) see the same, up to a bias that shrinks with the radii:
+constexpr float cone_of_weights = 0.1f;  // of lobes that depend on the direction, as by Fresnel's factor
+constexpr float cone_of_width = 0.3f;    // and of how a lobe throws what comes from many sides, times its width
 
 // A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same. Nodes
 // may make weights and colours of the direction, too.
@@ -38,14 +40,14 @@ EventMask kinds_of(const Vertex& v) noexcept { return v.bsdf.events() & gatherin
 
 // The way from v to y, if it comes by a side and angle from which y is the same as for its finder.
 bool ViewTracer::connect(Seer& to, const FarEnd& far, Connection& way) noexcept {
-  const V3d towards = far.hit.position - to.v.hit.position;
+  const V3d towards = far.y.hit.position - to.v.hit.position;
   const double distance2 = towards.length2();
   way.to = &to, way.distance = std::sqrt(distance2);
   if (!(way.distance > 0)) return false;
   way.wi = V3f(towards / way.distance);
-  const float cosine = -way.wi.dot(far.hit.ng);
+  const float cosine = -way.wi.dot(far.y.point.ng);
   way.geometry = static_cast<float>(cosine / distance2);
-  return cosine >= least_cosine_at_y && -way.wi.dot(far.ns) >= least_cosine_at_y;
+  return cosine >= least_cosine_at_y && -way.wi.dot(far.y.point.ns) >= least_cosine_at_y;
 }
 
 // The path's vertex, if its light may come from gather segments of the whole bundle: then it sends one itself by turns.
@@ -60,20 +62,20 @@ Seer* ViewTracer::join_bundle(const ViewPath& path) noexcept {
 }
 
 // From here on, light that leaves y is kept apart.
-void ViewTracer::keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share) {
+void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share) {
   far.found = true, far.is_own = !may_share;
-  far.hit = y.hit, far.hit.ng = y.point.ng, far.ns = y.point.ns;
   far.pdf = sample.pdf;
-  const float angle = cone_of_lobe * least_width(scene_.material(y.hit), y) * radius_scale_;
-  far.cone = angle < 1 ? std::cos(angle) : -1;
+  const float width = least_width(scene_.material(far.y.hit), far.y);
+  far.cone = std::isfinite(width) ? std::cos(cone_of_weights * radius_scale_) : -1;
+  far.photon_cone = std::isfinite(width) ? std::cos(std::min(cone_of_weights, cone_of_width * width) * radius_scale_) : -1;
   far.arms = arms;
+  far.straight.arriving = Color(0), far.straight.count = 0;
   for (std::size_t i = 0; Arm& arm : far.arms) {
     far.light[i].picture = Color(0);
     far.light[i].layers.assign(scene_.edits().layers().size(), Color(0));
     far.light[i].taken.clear();
     arm.far = &far, arm.index = i++;
   }
-  far.kinds = kinds_of(y);
   far.arrived.clear();
 }
 
@@ -86,8 +88,8 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
 void ViewTracer::find_far_takers(FarEnd& far) {
   far.states.clear(), far.takers.clear();
   for (const StateId q : far.arrived)
-    for_each_event(far.kinds, [&](Event e) {
-      const StateId behind = states_.next(q, scene_.event_class(e, far.hit));
+    for_each_event(kinds_of(far.y), [&](Event e) {
+      const StateId behind = states_.next(q, scene_.event_class(e, far.y.hit));
       if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
     });
   for (const StateId state : far.states) {
@@ -126,14 +128,19 @@ void ViewTracer::share_gathers() {
 void ViewTracer::share(Seer& finder) {
   find_far_takers(finder.far);
   const FarEnd& far = finder.far;
-  if (std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); })) return;  // layers are parts of it
+  const bool has_photons = !std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); });  // layers are parts of it
+  if (!has_photons && is_black(far.straight.arriving)) return;
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || !all_see_alike(finder)) {
-    for (const Arm& arm : far.arms) receive(finder, arm.light(), arm.weight);
-    return;
-  }
+  const auto keep = [&](bool straight) {
+    for (const Arm& arm : far.arms) send(far, arm, far.y.point.wo, {straight, has_photons}, finder, arm.weight);
+  };
+  const float alike = far.cone < 0 ? 1 : least_cosine(finder);
+  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || alike < far.cone) return keep(true);
+  const bool shares_photons = has_photons && alike >= far.photon_cone;
+  if (has_photons && !shares_photons) keep(false);
+  if (!shares_photons && far.straight.count == 0) return;
   for (Seer& other : std::span(seers_).first(seer_count_)) {
     if (other.word != finder.word || &other == &finder) continue;
     Connection& way = ways[count];
@@ -151,33 +158,67 @@ void ViewTracer::share(Seer& finder) {
     if (way.is_open) density += turn_chance * way.pdf * way.geometry;
   for (const Connection& way : all) {
     if (!way.is_open) continue;
-    for (const Arm& arm : far.arms) receive(*way.to, arm.light(), eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
+    for (const Arm& arm : far.arms)
+      send(far, arm, -way.wi, {true, shares_photons}, *way.to, eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
   }
+}
+
+// What leaves y by wo for one arm, on to the eye: of straight light, of photons.
+void ViewTracer::send(const FarEnd& far, const Arm& arm, const V3f& wo, Sent sent, const Seer& to, const Color& factor) {
+  if (!sent.straight || far.straight.count == 0) return sent.photons ? receive(to, arm.light(), factor) : void();
+  if (sent.photons) {
+    outgoing_ = arm.light();
+  } else {
+    outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)), outgoing_.taken.clear();
+  }
+  for (const StraightLight::Share& share : std::span(far.straight.shares).first(far.straight.count))
+    if (share.arm == arm.index) put(outgoing_, eval(far.y.bsdf, wo, far.straight.wi, mask_of(share.event)) * far.straight.arriving, share.q, share.images);
+  receive(to, outgoing_, factor);
+}
+
+void ViewTracer::put(Outgoing& light, const Color& radiance, StateId q, ImageSet images) {
+  if (!is_finite(radiance)) return void(++counts.non_finite);
+  if (images & picture) {
+    light.picture += radiance;
+    credit_outgoing(light, radiance, q);
+  }
+  for (ImageSet layers = images >> 1; layers; layers &= layers - 1) light.layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+}
+
+void ViewTracer::credit_outgoing(Outgoing& light, const Color& radiance, StateId q) {
+  credit(q, radiance, [&](std::uint32_t edit) {
+    const auto at = std::ranges::find(light.taken, edit, &std::pair<std::uint32_t, Color>::first);
+    if (at == light.taken.end())
+      light.taken.emplace_back(edit, radiance);
+    else
+      at->second += radiance;
+  });
 }
 
 void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexcept {
   std::array<Ray, most_seers> rays;
   std::array<bool, most_seers> clear;
-  const double clearance = far.hit.clearance.length();
+  const double clearance = far.y.hit.clearance.length();
   for (std::size_t i = 0; i < ways.size(); ++i) {
     const Connection& way = ways[i];
-    rays[i] = ray_from(way.to->v.hit, way.wi, short_of(way.distance, clearance, -way.wi.dot(far.hit.ng)));
+    rays[i] = ray_from(way.to->v.hit, way.wi, short_of(way.distance, clearance, -way.wi.dot(far.y.point.ng)));
   }
   scene_.find_clear(std::span(rays).first(ways.size()), clear);
   counts.shadow_rays += ways.size();
   for (std::size_t i = 0; i < ways.size(); ++i) ways[i].is_open = clear[i];
 }
 
-// Seen from y, do all that could share it lie within the cone? Asked of all, lit or not, so that it does not matter who found y.
-bool ViewTracer::all_see_alike(const Seer& finder) const noexcept {
-  if (finder.far.cone < 0) return true;
+// Seen from y, how far apart do all lie that could share it? Asked of all, lit or not, so that it does not matter who found y.
+float ViewTracer::least_cosine(const Seer& finder) const noexcept {
   std::optional<V3f> axis;
-  return std::ranges::all_of(std::span(seers_).first(seer_count_), [&](const Seer& other) {
-    if (other.word != finder.word) return true;
-    const V3f direction = V3f(finder.far.hit.position - other.v.hit.position).normalized();
+  float least = 1;
+  for (const Seer& other : std::span(seers_).first(seer_count_)) {
+    if (other.word != finder.word) continue;
+    const V3f direction = V3f(finder.far.y.hit.position - other.v.hit.position).normalized();
     if (!axis) axis = direction;
-    return axis->dot(direction) >= finder.far.cone;
-  });
+    least = std::min(least, axis->dot(direction));
+  }
+  return least;
 }
 
 void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Direct light and emission that is met: next-event estimation (at v, and at y where it stands alone), and what lobe sampling finds of
-// the same light, weighed by MIS (design §5).
+// Light straight from lights: next-event estimation at v, with what lobe sampling finds of the same light, weighed by MIS (design §5), and
+// at y, where it stands alone.
 #include <algorithm>
 
 #include "transport/view_path.h"
@@ -13,43 +13,44 @@ float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other
 
 }  // namespace
 
-// Next-event estimation at v, or at the gather segment's end y, where it stands alone. The shadow segment runs straight through exits
-// and is blocked by every entry that takes q of L. `chance`: that v sends a gather segment, which may find the light too.
-void ViewTracer::direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance) {
-  const Sampler& numbers = arms.begin()->far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
-  if (part != Part::Direct) return light_sample(path, vertex, arms, part, {numbers, 0});
-  if (bundle_[at_].measures_lights) return measure_lights(path, vertex, arms, chance);
+// Next-event estimation at v, by as many samples as are worth their time there. The shadow segment runs straight through exits and is
+// blocked by every entry that takes q of L. `chance`: that v sends a gather segment, which may find the light too.
+void ViewTracer::direct_light(const ViewPath& path, const Vertex& v, float chance) {
+  if (bundle_[at_].measures_lights) return measure_lights(path, v, chance);
   const std::uint32_t count = bundle_[at_].light_samples;
-  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, vertex, arms, part, {numbers.part(i, count), chance});
+  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, v, sampler_.part(i, count), chance);
 }
 
 // Two samples that know nothing of each other: how far they lie apart is the variance of their mean.
-void ViewTracer::measure_lights(const ViewPath& path, const Vertex& vertex, const Arms& arms, float chance) {
+void ViewTracer::measure_lights(const ViewPath& path, const Vertex& v, float chance) {
   const auto so_far = [this] { return V3d(self().sample.parts[static_cast<std::size_t>(Part::Direct)]); };
   V3d share[2];
   for (std::uint32_t i = 0; i < 2; ++i) {
     const V3d before = so_far();
-    light_sample(path, vertex, arms, Part::Direct, {sampler_.apart(i), chance});
+    light_sample(path, v, sampler_.apart(i), chance);
     share[i] = so_far() - before;
   }
   self().light_variance += (share[0] - share[1]) * (share[0] - share[1]);
 }
 
-void ViewTracer::light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one) {
-  const bool at_v = part == Part::Direct;
-  const std::uint32_t first_pair = at_v ? 2 : 6;
-  const Bsdf& bsdf = vertex.bsdf;
-  const V3f& wo = vertex.point.wo;
+// A point of a light that the vertex asks; empty: of none, or of one that sends nothing there (outside a spot's cone).
+std::optional<ViewTracer::AskedLight> ViewTracer::ask_light(const Vertex& vertex, LightTrust trust, float u, const V2f& uv) const noexcept {
   const V3d& place = vertex.hit.position;
-  const LightTrust trust = at_v ? guide_->trust.at_v(place) : guide_->trust.at_y(place);
-  const auto choice = choose_light(scene_, place, lit_side(bsdf), one.numbers.first(pair_of(path, first_pair)), trust);
-  if (!choice) return;
-  const auto sample = sample_direct(scene_, choice->light, place, choice->u, one.numbers.pair(pair_of(path, first_pair + 1)));
-  if (!sample || !(sample->pdf > 0) || is_black(sample->radiance)) return;  // black: outside a spot's cone
-  const float pdf_light = (at_v ? light_samples() : 1) * choice->pmf * sample->pdf;  // of all samples together
-  const Light& light = scene_.lights()[static_cast<std::size_t>(choice->light)];
-  if (!at_v && is_too_near(light, sample->pdf)) return;  // without a rival: photon density has it
-  const bool has_rival = at_v && !sample->delta && light.casts_shadow;  // lobe sampling may find the light too
+  const auto choice = choose_light(scene_, place, lit_side(vertex.bsdf), u, trust);
+  if (!choice) return {};
+  const auto point = sample_direct(scene_, choice->light, place, choice->u, uv);
+  if (!point || !(point->pdf > 0) || is_black(point->radiance)) return {};
+  return AskedLight{choice->light, *point, choice->pmf * point->pdf};
+}
+
+void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance) {
+  const auto asked = ask_light(v, guide_->trust.at_v(v.hit.position), numbers.first(pair_of(path, 2)), numbers.pair(pair_of(path, 3)));
+  if (!asked) return;
+  const auto& [light, point, pdf_of_one] = *asked;
+  const float pdf_light = light_samples() * pdf_of_one;  // of all samples together
+  const bool has_rival = !point.delta && scene_.lights()[static_cast<std::size_t>(light)].casts_shadow;  // lobe sampling may find the light too
+  const Bsdf& bsdf = v.bsdf;
+  const V3f& wo = v.point.wo;
 
   // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
   struct Arrived {
@@ -57,30 +58,50 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& vertex, const 
     Color radiance;
   };
   std::array<Arrived, 3> arrived;
-  int count = 0;
-  for_each_event(at_v ? bsdf.events() : static_cast<EventMask>(bsdf.events() & gathering), [&](Event e) {
-    const Color f = eval(bsdf, wo, sample->wi, mask_of(e));
+  std::size_t count = 0;
+  for_each_event(bsdf.events(), [&](Event e) {
+    const Color f = eval(bsdf, wo, point.wi, mask_of(e));
     if (is_black(f)) return;
-    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, sample->wi, followed) : one.chance * pdf(bsdf, wo, sample->wi, gathering);
-    const float weight = mis(pdf_light, rival);
-    arrived[static_cast<std::size_t>(count++)] = {e, f * sample->radiance * (weight / pdf_light)};
+    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, point.wi, followed) : chance * pdf(bsdf, wo, point.wi, gathering);
+    arrived[count++] = {e, f * point.radiance * (mis(pdf_light, rival) / pdf_light)};
   });
   if (count == 0) return;
+  const std::span all = std::span(arrived).first(count);
 
-  if (at_v && effects_.view_edits && is_taken_from_view(path, vertex, *sample))
-    for (Arrived& at : std::span(arrived).first(static_cast<std::size_t>(count)))
+  if (effects_.view_edits && is_taken_from_view(path, v, point))
+    for (Arrived& at : all)
       if (at.event == Event::S) at.radiance = Color(0);
-  const auto way = unblocked(vertex, choice->light, *sample);
+  const auto way = unblocked(v, light, point);
   if (!way) return;
-  if (FarEnd* far = arms.begin()->far) note_state(way->q, *far);
-  for (const Arm& arm : arms) {
-    for (int i = 0; i < count; ++i) {
-      const Arrived& at = arrived[static_cast<std::size_t>(i)];
-      Joined to = asks_state(arm.joins) ? join(way->q, event_at(arm.joins, vertex, at.event)) : Joined{picture};
-      to.images &= arm.images;
-      if (to.images) deliver(part, path, at.radiance * way->left, arm, to);
-    }
+  for (const Arrived& at : all) {
+    const Joined to = asks_state(path.joins) ? join(way->q, event_at(path.joins, v, at.event)) : Joined{picture};
+    if (to.images) add(Part::Direct, path, at.radiance * way->left, to);
   }
+}
+
+// Next-event estimation at the gather segment's end y, where it stands alone: what is hidden from it or too near, photon density has.
+void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Arms& arms) {
+  FarEnd* const far = arms.begin()->far;
+  const Sampler& numbers = far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
+  const auto asked = ask_light(y, guide_->trust.at_y(y.hit.position), numbers.first(pair_of(path, 6)), numbers.pair(pair_of(path, 7)));
+  if (!asked) return;
+  const auto& [light, point, pdf] = *asked;
+  const V3f side = lit_side(y.bsdf);
+  if (is_too_near(scene_.lights()[static_cast<std::size_t>(light)], point.pdf) || (side != V3f(0) && !(side.dot(point.wi) > 0))) return;
+  const auto way = unblocked(y, light, point);
+  if (!way) return;
+  const Color arriving = point.radiance * way->left / pdf;
+  if (far) note_state(way->q, *far), far->straight.wi = point.wi, far->straight.arriving = arriving;
+  for (const Arm& arm : arms)
+    for_each_event(y.bsdf.events() & gathering, [&](Event e) {
+      Joined to = asks_state(arm.joins) ? join(way->q, event_at(arm.joins, y, e)) : Joined{picture};
+      to.images &= arm.images;
+      if (!to.images) return;
+      if (far)
+        far->straight.shares[far->straight.count++] = {arm.index, e, to.q, to.images};
+      else
+        add(Part::Indirect, path, eval(y.bsdf, y.point.wo, point.wi, mask_of(e)) * arriving * arm.weight, to);
+    });
 }
 
 // What is left of a light's on its way to the vertex, and its state; empty: surfaces or entries take it.

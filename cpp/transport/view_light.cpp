@@ -8,25 +8,18 @@
 namespace sluice {
 
 // Radiance that goes on to the eye by an arm; or, where the bundle shares it, that leaves y.
-void ViewTracer::deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) {
-  if (!arm.far) return add(part, path, radiance * arm.weight, to);
-  if (!is_finite(radiance)) return void(++counts.non_finite);
-  if (to.images & picture) {
-    arm.light().picture += radiance;
-    credit_arm(to.q, path, radiance, arm);
-  }
-  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) arm.light().layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+void ViewTracer::deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) {
+  if (arm.far)
+    put(arm.light(), radiance, to.q, to.images);
+  else
+    add(Part::Indirect, path, radiance * arm.weight, to);
 }
 
 void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm) {
-  if (!arm.far) return credit_radiance(q, radiance * arm.weight * path.weight);
-  credit(q, radiance, [&, &taken = arm.light().taken](std::uint32_t edit) {
-    const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);
-    if (at == taken.end())
-      taken.emplace_back(edit, radiance);
-    else
-      at->second += radiance;
-  });
+  if (arm.far)
+    credit_outgoing(arm.light(), radiance, q);
+  else
+    credit_radiance(q, radiance * arm.weight * path.weight);
 }
 
 ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
@@ -149,6 +142,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
   double length = 0;
   bool arrived = false;
   int layer = 0;
+  Vertex& y = seer ? seer->far.y : far_;
   for (; layer < max_alpha_layers && !arrived; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
@@ -156,27 +150,27 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
       narrow(path, segment, length, ray.t_max, nullptr, arms);
       return far_emission(path, segment, arms);
     }
-    make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, far_);
-    narrow(path, segment, length, length + hit->t, &far_, arms);
+    make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, y);
+    narrow(path, segment, length, length + hit->t, &y, arms);
     length += hit->t;
-    const float pass = pass_chance(far_.bsdf);
+    const float pass = pass_chance(y.bsdf);
     arrived = pass < 1 && (pass == 0 || random() >= pass);
-    for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : far_.bsdf.transparency / pass;
+    for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : y.bsdf.transparency / pass;
     ray = ray_from(*hit, sample->wi);
   }
   if (!arrived) return void(++counts.alpha_capped);
-  surface_emission(path, segment, far_, arms);
+  surface_emission(path, segment, y, arms);
   if (!effects_.indirect) return;
-  if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += far_.bsdf.count > 0);
-  const Material& material = scene_.material(far_.hit);
-  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && pass_chance(far_.bsdf) == 0;
-  if (seer) keep_far_end(seer->far, far_, arms, *sample, may_share);
-  light_from(path, far_, seer ? seer->far.arms : arms, length, sample->pdf);
+  if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += y.bsdf.count > 0);
+  const Material& material = scene_.material(y.hit);
+  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && pass_chance(y.bsdf) == 0;
+  if (seer) keep_far_end(seer->far, arms, *sample, may_share);
+  light_from(path, y, seer ? seer->far.arms : arms, length, sample->pdf);
 }
 
 // What the gather segment's end y sends to v, by next-event estimation and photons.
 void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf) {
-  direct_light(path, y, arms, Part::Indirect);
+  straight_light(path, y, arms);
   gather_at(path, y, arms, length, gather_radius(*guide_, length, pdf) * radius_scale_);
 }
 
@@ -253,9 +247,9 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
         if (!to.images) return;
         ++counts.photons_gathered;
         if (sums) sum += radiance, to.images &= ~picture, credit_arm(to.q, path, radiance, arm);
-        if (to.images) deliver(Part::Indirect, path, radiance, arm, to);
+        if (to.images) deliver(path, radiance, arm, to);
       });
-      if (sums) deliver(Part::Indirect, path, sum, arm, {picture});
+      if (sums) deliver(path, sum, arm, {picture});
     }
   }
 }

@@ -93,7 +93,7 @@ void ViewTracer::follow(ViewPath& path) {
     surface_emission(path, segment_of(path), v, arm_of(path));
     if (path.depth + 1 > settings_.max_depth) return void(counts.depth_capped += v.bsdf.count > 0);
     Seer* const seer = join_bundle(path);
-    if (effects_.direct) direct_light(path, v, arm_of(path), Part::Direct, seer ? turn_chance : 1);
+    if (effects_.direct) direct_light(path, v, seer ? turn_chance : 1);
     close_density(path, v);
     gather(path, v, seer);
     if (!extend(path, v)) return;

@@ -132,13 +132,16 @@ class ViewTracer {
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
 
   // direct light and emission (view_direct.cpp)
-  void direct_light(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, float chance = 1);
-  struct LightTry {
-    Sampler numbers;
-    float chance;  // that lobes are sampled as well
+  struct AskedLight {
+    int light;
+    DirectSample point;
+    float pdf;  // of light and point (1/sr, or of what a delta light has)
   };
-  void light_sample(const ViewPath& path, const Vertex& vertex, const Arms& arms, Part part, const LightTry& one);
-  void measure_lights(const ViewPath& path, const Vertex& vertex, const Arms& arms, float chance);
+  [[nodiscard]] std::optional<AskedLight> ask_light(const Vertex& vertex, LightTrust trust, float u, const V2f& uv) const noexcept;
+  void direct_light(const ViewPath& path, const Vertex& v, float chance);
+  void measure_lights(const ViewPath& path, const Vertex& v, float chance);
+  void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance);
+  void straight_light(const ViewPath& path, const Vertex& y, const Arms& arms);
   struct Unblocked {
     Color left;
     StateId q;
@@ -154,7 +157,7 @@ class ViewTracer {
   void close_density(const ViewPath& path, const Vertex& v);
   void gather(const ViewPath& path, const Vertex& v, Seer* seer);
   void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
-  void deliver(Part part, const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
+  void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
     return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || pass_chance(far->bsdf) > 0;
@@ -173,7 +176,9 @@ class ViewTracer {
     bool is_open = false;  // nothing lies on it, no entry takes its light
   };
   [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
-  void keep_far_end(FarEnd& far, const Vertex& y, const Arms& arms, const BsdfSample& sample, bool may_share);
+  void keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share);
+  void put(Outgoing& light, const Color& radiance, StateId q, ImageSet images);
+  void credit_outgoing(Outgoing& light, const Color& radiance, StateId q);
   void note_state(StateId q, FarEnd& far);
   void find_far_takers(FarEnd& far);
   void share_gathers();
@@ -182,7 +187,11 @@ class ViewTracer {
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
   [[nodiscard]] bool ask_entries(const Connection& way, const FarEnd& far);
-  [[nodiscard]] bool all_see_alike(const Seer& finder) const noexcept;
+  [[nodiscard]] float least_cosine(const Seer& finder) const noexcept;
+  struct Sent {
+    bool straight, photons;
+  };
+  void send(const FarEnd& far, const Arm& arm, const V3f& wo, Sent sent, const Seer& to, const Color& factor);
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
   [[nodiscard]] float light_samples() const noexcept { return static_cast<float>(bundle_[at_].light_samples); }
@@ -255,7 +264,8 @@ class ViewTracer {
   std::array<ViewPath, split_budget> branches_;
   int branch_count_ = 0;
   SplitBudget budget_;
-  Vertex far_;  // scratch: too large to copy about
+  Vertex far_;         // scratch: too large to copy about
+  Outgoing outgoing_;  // scratch of send()
 };
 
 }  // namespace sluice
