@@ -27,6 +27,7 @@ struct OperationOptions {
   int choice = 0;
   bool flag = false;
   bool varies = false;  // depends on the point, not only on its operands: never folded
+  bool sees_direction = false;  // on where one looks from
 };
 
 // A builder's view of its node.
@@ -85,7 +86,7 @@ class ShaderReader : public NodeReader {
   void child(std::string_view input, const Value& weight);
   struct Traits {
     EventMask events = 0;
-    bool transparent = false, emits = false, refracts = false, layered = false;
+    bool transparent = false, emits = false, refracts = false, transmits = false, layered = false;
   };
   // `normal`: name of the input that holds it.
   void add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits, std::string_view normal = {}, int choice = 0);
@@ -144,7 +145,7 @@ class MaterialCompiler {
   std::set<std::pair<int, int>> open_;  // nodes being built: meeting one again is a loop
   std::set<std::string> warned_;
   int virtual_registers_ = 0, depth_ = 0, shader_visits_ = 0;
-  bool layered_ = false, overflow_ = false;
+  bool layered_ = false, sees_direction_ = false, overflow_ = false;
 };
 
 }  // namespace sluice

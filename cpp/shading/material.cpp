@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "shading/material.h"
 
+#include <algorithm>
+
 #include "base/random.h"
 #include "shading/compiler.h"
 #include "shading/program.h"
@@ -118,9 +120,9 @@ Color eval_background(const Material& material, const V3f& direction, bool camer
 // A program without instructions whose lobes depend on no direction but the side is shaded once, here. wo = n: a lobe that is black
 // there would be lost, so such programs stay as they are.
 void MaterialCompiler::fold() {
-  if (!program_.instructions.empty() || layered_) return;
-  for (const Closure& closure : program_.closures)
-    if (closure.normal != Closure::no_normal) return;
+  const auto bends = [](const Closure& closure) { return closure.normal != Closure::no_normal; };  // its normal, to the viewer
+  material_.sees_direction_ = sees_direction_ || layered_ || std::ranges::any_of(program_.closures, bends);
+  if (!program_.instructions.empty() || material_.sees_direction_) return;
   std::array<Bsdf, 2> folded;
   for (std::size_t front = 0; front < 2; ++front) {
     SurfacePoint point;

@@ -38,6 +38,8 @@ class Material {
   [[nodiscard]] bool emission_is_constant() const noexcept { return constant_emission_; }
   [[nodiscard]] bool is_constant() const noexcept;  // the same lobes everywhere and from everywhere, on one side
   [[nodiscard]] bool refracts() const noexcept { return refracts_; }
+  [[nodiscard]] bool transmits() const noexcept { return transmits_; }  // has lobes to the other side
+  [[nodiscard]] bool sees_direction() const noexcept { return sees_direction_; }  // else the same lobes from all directions, on one side
   [[nodiscard]] EventMask lobe_events() const noexcept { return events_; }
   [[nodiscard]] bool has_lobes(EventMask mask) const noexcept { return (events_ & mask) != 0; }
   [[nodiscard]] const MaterialNeeds& needs() const noexcept { return needs_; }
@@ -56,7 +58,7 @@ class Material {
   MaterialNeeds needs_;
   Color average_emission_{0};
   EventMask events_ = 0;
-  bool opaque_ = true, emits_ = false, constant_emission_ = true, refracts_ = false;
+  bool opaque_ = true, emits_ = false, constant_emission_ = true, refracts_ = false, transmits_ = false, sees_direction_ = false;
 };
 
 // Never throws for what a node tree says: unknown nodes, loops, missing images and sockets become warnings (item = material, text

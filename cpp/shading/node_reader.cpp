@@ -59,6 +59,7 @@ Value NodeReader::emit(Operation operation, Value::Type type, std::initializer_l
   instruction.choice = static_cast<std::uint8_t>(options.choice);
   instruction.shift = static_cast<std::uint8_t>(shift_);
   instruction.flag = options.flag;
+  compiler_.sees_direction_ |= options.sees_direction;
   return compiler_.emit(instruction, type, options.varies, k);
 }
 Value NodeReader::constant(const V3f& value, Value::Type type) { return compiler_.make_constant(value, type); }
@@ -137,6 +138,7 @@ void ShaderReader::add(AddLobes lobes, std::initializer_list<Value> inputs, cons
   material.opaque_ &= !traits.transparent;
   material.emits_ |= traits.emits;
   material.refracts_ |= traits.refracts;
+  material.transmits_ |= traits.refracts || traits.transmits;
   compiler_.layered_ |= traits.layered;
 }
 

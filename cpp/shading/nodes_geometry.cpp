@@ -94,7 +94,7 @@ Value position_node(NodeReader& n, std::string_view output) {
   if (output == "Position") return point(position);
   if (output == "Normal") return point(normal);
   if (output == "True Normal") return point(true_normal);
-  if (output == "Incoming") return point(incoming);
+  if (output == "Incoming") return n.emit(incoming, Type::Vector, {}, {.varies = true, .sees_direction = true});
   if (output == "Tangent") return n.emit(radial_tangent, Type::Vector, {}, {.choice = 2, .varies = true});
   if (output == "Backfacing") return point(backfacing, Type::Number);
   if (output == "Pointiness") return n.constant(0.5f);
@@ -111,7 +111,7 @@ Value coordinates_node(NodeReader& n, std::string_view output) {
   }
   if (output == "UV") return n.emit(uv_map, Type::Vector, {}, {.item = n.uv_slot(""), .varies = true});
   if (output == "Normal") return point(object_normal);
-  if (output == "Reflection") return point(reflection);
+  if (output == "Reflection") return n.emit(reflection, Type::Vector, {}, {.varies = true, .sees_direction = true});
   n.warn("output '" + std::string(output) + "' is not supported; generated coordinates are used");
   return point(generated);
 }
@@ -154,7 +154,7 @@ Value attribute_node(NodeReader& n, std::string_view output) {
 Value vertex_color_node(NodeReader& n, std::string_view output) { return attribute(n, output, n.option("layer_name", "")); }
 
 Value light_path_node(NodeReader& n, std::string_view output) {
-  if (output == "Is Camera Ray") return n.emit(camera_ray, Type::Number, {}, {.varies = true});
+  if (output == "Is Camera Ray") return n.emit(camera_ray, Type::Number, {}, {.varies = true, .sees_direction = true});
   n.warn("output '" + std::string(output) + "' is not known here; it reads as 0");
   return n.constant(0.0f);
 }

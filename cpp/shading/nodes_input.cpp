@@ -20,7 +20,7 @@ Register fresnel(const Instruction& i, const Evaluation& e) noexcept {
 }
 Value fresnel_node(NodeReader& n, std::string_view) {
   const bool has_normal = n.is_linked("Normal");
-  return n.emit(fresnel, Type::Number, {n.number("IOR", 1.45f), has_normal ? n.vector("Normal") : n.constant(0.0f)}, {.flag = has_normal, .varies = true});
+  return n.emit(fresnel, Type::Number, {n.number("IOR", 1.45f), has_normal ? n.vector("Normal") : n.constant(0.0f)}, {.flag = has_normal, .varies = true, .sees_direction = true});
 }
 
 // Cycles' svm_node_layer_weight.
@@ -36,7 +36,7 @@ Register layer_facing(const Instruction& i, const Evaluation& e) noexcept {
 Value layer_weight_node(NodeReader& n, std::string_view output) {
   const bool has_normal = n.is_linked("Normal");
   const Value normal = has_normal ? n.vector("Normal") : n.constant(0.0f);
-  return n.emit(output == "Facing" ? layer_facing : layer_fresnel, Type::Number, {n.number("Blend", 0.5f), normal}, {.flag = has_normal, .varies = true});
+  return n.emit(output == "Facing" ? layer_facing : layer_fresnel, Type::Number, {n.number("Blend", 0.5f), normal}, {.flag = has_normal, .varies = true, .sees_direction = true});
 }
 
 // Blender's Blackbody: luminance 1, Rec. 709, as rendered by Cycles 3.4.1 at 33 temperatures evenly spaced in 1 / T from 12000 K down to

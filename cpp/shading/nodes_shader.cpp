@@ -36,7 +36,7 @@ void neutral_node(ShaderReader& n) { n.add(diffuse, {n.constant(V3f(0.5f)), n.co
 void translucent(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out) noexcept {
   add_lobe(out, Event::D, weight * color_of(c, e, 0), closure_normal(c, e), Translucent{}, e.point.wo);
 }
-void translucent_node(ShaderReader& n) { n.add(translucent, {n.color("Color", Color(0.8f))}, {.events = diffuse_event}, "Normal"); }
+void translucent_node(ShaderReader& n) { n.add(translucent, {n.color("Color", Color(0.8f))}, {.events = diffuse_event, .transmits = true}, "Normal"); }
 
 // Choice 0: Ashikhmin's, by a sigma; 1: microfibres, by a roughness.
 void velvet(const Closure& c, const Evaluation& e, const Color& weight, Bsdf& out) noexcept {

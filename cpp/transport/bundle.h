@@ -66,13 +66,13 @@ struct Outgoing {
   std::vector<std::pair<std::uint32_t, Color>> taken;  // the picture's, by edits that took it on its way: for their statistics
 };
 
-// Straight light that next-event estimation found at y: where it goes on to is known when it is shared, so lobes as sharp as they may be
-// throw it there as they do.
+// Straight light that next-event estimation found at a y that looks different from different sides: the lobes throw it when it is known
+// where to.
 struct StraightLight {
   struct Share {
     std::size_t arm;
     Event event;         // by which it leaves y
-    StateId q;           // behind that
+    StateId q;           // at the eye, for statistics
     ImageSet images;
   };
   V3f wi;
@@ -87,12 +87,11 @@ struct FarEnd {
   bool is_own = false;  // not shared: alpha on the way or at y, of which a shadow ray cannot tell
   Vertex y;
   float pdf;            // with which v made the direction (1/sr)
-  float cone;           // least cosine between two directions from y that see the same lobes; -1: all do
-  float photon_cone;    // and the same light of photons, which is thrown as to its finder
+  float width;          // angle (rad) over which what y sends out changes little; infinite: it is the same to all sides
   Arms arms;            // of v
   StraightLight straight;
-  std::array<Outgoing, Arms::most> light;  // of photons, by arm
-  std::vector<StateId> arrived, states;    // of that light, at y and behind it, where edits ask
+  std::array<Outgoing, Arms::most> light;  // by arm: of photons, and straight light where y looks the same from all sides
+  std::vector<StateId> arrived, states;    // of all light, at y and behind it, where edits ask
   std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v; empty: none
 };
 

@@ -38,6 +38,15 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   return bsdf.ng;
 }
 
+// The kinds of lobes, and the side, that a surface may show to one who sees it from elsewhere on this side.
+[[nodiscard]] inline EventMask events_to_all(const Material& material, const Bsdf& bsdf) noexcept {
+  return material.sees_direction() ? material.lobe_events() : bsdf.events();
+}
+[[nodiscard]] inline V3f side_lit_to_all(const Material& material, const Bsdf& bsdf) noexcept {
+  if (!material.sees_direction()) return lit_side(bsdf);
+  return material.transmits() ? V3f(0) : bsdf.ng;
+}
+
 template <class Do>
 void for_each_event(EventMask events, Do&& act) {
   for (const Event e : {Event::D, Event::G, Event::S})

@@ -2,9 +2,9 @@
 // Gather segments of a bundle. A point y that one sample found is light for every sample of the same surface that sees it: each way from
 // a v to y is weighted by the density with which all of them together would have found that y (balance heuristic), so nothing is counted
 // twice and each sample alone would still find everything. A way counts if nothing lies on it and no entry from y to the eye would take any
-// of the light: a v whose way fails is left out, of the light and of the density, whoever found y. If the finder's own way fails, or y does
-// not look the same from all, y stays its own. (Which light there is at y depends on the finder's radius: near entries that take only
-// some of it, all this holds as radii shrink.)
+// of the light: a v whose way fails is left out, of the light and of the density, whoever found y. If the finder's own way fails, y stays
+// its own; so does the light of photons at a y that does not look the same from all. (Which photons there are at y depends on the finder's
+// radius: near entries that take only some of them, all this holds as radii shrink.)
 #include <algorithm>
 
 #include "transport/view_path.h"
@@ -13,14 +13,15 @@ namespace sluice {
 namespace {
 
 constexpr float least_cosine_at_y = 0.02f;  // closer to grazing its shading normal depends on who looks (surface.cpp)
-// Directions so close (rad) see the same, up to a bias that shrinks with the radii:
-constexpr float cone_of_weights = 0.1f;  // of lobes that depend on the direction, as by Fresnel's factor
-constexpr float cone_of_width = 0.3f;    // and of how a lobe throws what comes from many sides, times its width
+// Angles (rad) between two directions from y that are taken for one: a bias that shrinks with the radii, and blurs nothing beyond the bundle's
+// pixels.
+constexpr float cone_of_photons = 0.3f, cone_of_width = 1.5f;  // for the photons' light, which y throws as to its finder: this, or so many widths of a sharp lobe
+constexpr float cone_of_lobes = 0.1f;                          // for the weights of y's lobes
 
 // A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same. Nodes
 // may make weights and colours of the direction, too.
 float least_width(const Material& material, const Vertex& y) noexcept {
-  float least = material.is_constant() ? infinity : 1.0f;
+  float least = material.sees_direction() ? 1.0f : infinity;
   for (int i = 0; i < y.bsdf.count; ++i) {
     const Lobe& lobe = y.bsdf.lobes[static_cast<std::size_t>(i)];
     if (!(mask_of(lobe.event) & gathering)) continue;
@@ -65,11 +66,9 @@ Seer* ViewTracer::join_bundle(const ViewPath& path) noexcept {
 void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share) {
   far.found = true, far.is_own = !may_share;
   far.pdf = sample.pdf;
-  const float width = least_width(scene_.material(far.y.hit), far.y);
-  far.cone = std::isfinite(width) ? std::cos(cone_of_weights * radius_scale_) : -1;
-  far.photon_cone = std::isfinite(width) ? std::cos(std::min(cone_of_weights, cone_of_width * width) * radius_scale_) : -1;
+  far.width = least_width(scene_.material(far.y.hit), far.y);
   far.arms = arms;
-  far.straight.arriving = Color(0), far.straight.count = 0;
+  far.straight.count = 0;
   for (std::size_t i = 0; Arm& arm : far.arms) {
     far.light[i].picture = Color(0);
     far.light[i].layers.assign(scene_.edits().layers().size(), Color(0));
@@ -88,7 +87,7 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
 void ViewTracer::find_far_takers(FarEnd& far) {
   far.states.clear(), far.takers.clear();
   for (const StateId q : far.arrived)
-    for_each_event(kinds_of(far.y), [&](Event e) {
+    for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
       const StateId behind = states_.next(q, scene_.event_class(e, far.y.hit));
       if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
     });
@@ -129,18 +128,17 @@ void ViewTracer::share(Seer& finder) {
   find_far_takers(finder.far);
   const FarEnd& far = finder.far;
   const bool has_photons = !std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); });  // layers are parts of it
-  if (!has_photons && is_black(far.straight.arriving)) return;
+  if (!has_photons && far.straight.count == 0) return;
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  const auto keep = [&](bool straight) {
-    for (const Arm& arm : far.arms) send(far, arm, far.y.point.wo, {straight, has_photons}, finder, arm.weight);
-  };
-  const float alike = far.cone < 0 ? 1 : least_cosine(finder);
-  if (far.is_own || !connect(finder, far, own) || is_taken(own, far) || alike < far.cone) return keep(true);
-  const bool shares_photons = has_photons && alike >= far.photon_cone;
-  if (has_photons && !shares_photons) keep(false);
-  if (!shares_photons && far.straight.count == 0) return;
+  const bool stays = far.is_own || !connect(finder, far, own) || is_taken(own, far);
+  const bool shares_photons = has_photons && !stays && sees_same_photons(finder);
+  for (const Arm& arm : far.arms) {
+    if (has_photons && !shares_photons) receive(finder, arm.light(), arm.weight);
+    if (stays) throw_straight_light(far, arm, far.y.bsdf, far.y.point.wo, finder, arm.weight);
+  }
+  if (stays || (!shares_photons && far.straight.count == 0)) return;
   for (Seer& other : std::span(seers_).first(seer_count_)) {
     if (other.word != finder.word || &other == &finder) continue;
     Connection& way = ways[count];
@@ -158,21 +156,44 @@ void ViewTracer::share(Seer& finder) {
     if (way.is_open) density += turn_chance * way.pdf * way.geometry;
   for (const Connection& way : all) {
     if (!way.is_open) continue;
-    for (const Arm& arm : far.arms)
-      send(far, arm, -way.wi, {true, shares_photons}, *way.to, eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density));
+    const Bsdf& bsdf = lobes_towards(far, -way.wi);
+    for (const Arm& arm : far.arms) {
+      const Color factor = eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density);
+      if (shares_photons) receive(*way.to, arm.light(), factor);
+      throw_straight_light(far, arm, bsdf, -way.wi, *way.to, factor);
+    }
   }
 }
 
-// What leaves y by wo for one arm, on to the eye: of straight light, of photons.
-void ViewTracer::send(const FarEnd& far, const Arm& arm, const V3f& wo, Sent sent, const Seer& to, const Color& factor) {
-  if (!sent.straight || far.straight.count == 0) return sent.photons ? receive(to, arm.light(), factor) : void();
-  if (sent.photons) {
-    outgoing_ = arm.light();
-  } else {
-    outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)), outgoing_.taken.clear();
-  }
+// Do all that could share y see the same light of its photons? Asked of all, lit or not, so that it does not matter who found y. (Where
+// roughness depends on the direction it may, near the limit: a bias of the same kind.)
+bool ViewTracer::sees_same_photons(const Seer& finder) const noexcept {
+  const FarEnd& far = finder.far;
+  if (!std::isfinite(far.width)) return true;
+  const float least = std::cos(radius_scale_ * std::min(cone_of_photons, cone_of_width * far.width));
+  std::optional<V3f> axis;
+  return std::ranges::all_of(std::span(seers_).first(seer_count_), [&](const Seer& other) {
+    if (other.word != finder.word) return true;
+    const V3f direction = V3f(far.y.hit.position - other.v.hit.position).normalized();
+    if (!axis) axis = direction;
+    return axis->dot(direction) >= least;
+  });
+}
+
+// Of y, seen from wo: as its finder sees them, unless they depend on the direction and that is too far from the finder's.
+const Bsdf& ViewTracer::lobes_towards(const FarEnd& far, const V3f& wo) noexcept {
+  const bool differ = far.straight.count > 0 && scene_.material(far.y.hit).sees_direction() && wo.dot(far.y.point.wo) < std::cos(cone_of_lobes * radius_scale_);
+  if (!differ) return far.y.bsdf;
+  make_vertex(scene_, far.y.hit, wo, false, Carries::Radiance, far_);
+  return far_.bsdf;
+}
+
+// The straight light that leaves y by wo for one arm, on to the eye.
+void ViewTracer::throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor) {
+  if (far.straight.count == 0) return;
+  outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)), outgoing_.taken.clear();
   for (const StraightLight::Share& share : std::span(far.straight.shares).first(far.straight.count))
-    if (share.arm == arm.index) put(outgoing_, eval(far.y.bsdf, wo, far.straight.wi, mask_of(share.event)) * far.straight.arriving, share.q, share.images);
+    if (share.arm == arm.index) put(outgoing_, eval(bsdf, wo, far.straight.wi, mask_of(share.event)) * far.straight.arriving, share.q, share.images);
   receive(to, outgoing_, factor);
 }
 
@@ -206,19 +227,6 @@ void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexc
   scene_.find_clear(std::span(rays).first(ways.size()), clear);
   counts.shadow_rays += ways.size();
   for (std::size_t i = 0; i < ways.size(); ++i) ways[i].is_open = clear[i];
-}
-
-// Seen from y, how far apart do all lie that could share it? Asked of all, lit or not, so that it does not matter who found y.
-float ViewTracer::least_cosine(const Seer& finder) const noexcept {
-  std::optional<V3f> axis;
-  float least = 1;
-  for (const Seer& other : std::span(seers_).first(seer_count_)) {
-    if (other.word != finder.word) continue;
-    const V3f direction = V3f(finder.far.y.hit.position - other.v.hit.position).normalized();
-    if (!axis) axis = direction;
-    least = std::min(least, axis->dot(direction));
-  }
-  return least;
 }
 
 void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept {

@@ -33,10 +33,9 @@ void ViewTracer::measure_lights(const ViewPath& path, const Vertex& v, float cha
   self().light_variance += (share[0] - share[1]) * (share[0] - share[1]);
 }
 
-// A point of a light that the vertex asks; empty: of none, or of one that sends nothing there (outside a spot's cone).
-std::optional<ViewTracer::AskedLight> ViewTracer::ask_light(const Vertex& vertex, LightTrust trust, float u, const V2f& uv) const noexcept {
-  const V3d& place = vertex.hit.position;
-  const auto choice = choose_light(scene_, place, lit_side(vertex.bsdf), u, trust);
+// A point of a light that the vertex asks, lit from `side`; empty: of none, or of one that sends nothing there (outside a spot's cone).
+std::optional<ViewTracer::AskedLight> ViewTracer::ask_light(const V3d& place, const V3f& side, LightTrust trust, float u, const V2f& uv) const noexcept {
+  const auto choice = choose_light(scene_, place, side, u, trust);
   if (!choice) return {};
   const auto point = sample_direct(scene_, choice->light, place, choice->u, uv);
   if (!point || !(point->pdf > 0) || is_black(point->radiance)) return {};
@@ -44,7 +43,8 @@ std::optional<ViewTracer::AskedLight> ViewTracer::ask_light(const Vertex& vertex
 }
 
 void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance) {
-  const auto asked = ask_light(v, guide_->trust.at_v(v.hit.position), numbers.first(pair_of(path, 2)), numbers.pair(pair_of(path, 3)));
+  const V3d& place = v.hit.position;
+  const auto asked = ask_light(place, lit_side(v.bsdf), guide_->trust.at_v(place), numbers.first(pair_of(path, 2)), numbers.pair(pair_of(path, 3)));
   if (!asked) return;
   const auto& [light, point, pdf_of_one] = *asked;
   const float pdf_light = light_samples() * pdf_of_one;  // of all samples together
@@ -74,7 +74,7 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
   const auto way = unblocked(v, light, point);
   if (!way) return;
   for (const Arrived& at : all) {
-    const Joined to = asks_state(path.joins) ? join(way->q, event_at(path.joins, v, at.event)) : Joined{picture};
+    const Joined to = join_behind(path.joins, way->q, v, at.event);
     if (to.images) add(Part::Direct, path, at.radiance * way->left, to);
   }
 }
@@ -83,25 +83,52 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
 void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Arms& arms) {
   FarEnd* const far = arms.begin()->far;
   const Sampler& numbers = far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
-  const auto asked = ask_light(y, guide_->trust.at_y(y.hit.position), numbers.first(pair_of(path, 6)), numbers.pair(pair_of(path, 7)));
+  const V3d& place = y.hit.position;
+  const V3f side = side_lit_to_all(scene_.material(y.hit), y.bsdf);
+  const auto asked = ask_light(place, side, guide_->trust.at_y(place), numbers.first(pair_of(path, 6)), numbers.pair(pair_of(path, 7)));
   if (!asked) return;
-  const auto& [light, point, pdf] = *asked;
-  const V3f side = lit_side(y.bsdf);
-  if (is_too_near(scene_.lights()[static_cast<std::size_t>(light)], point.pdf) || (side != V3f(0) && !(side.dot(point.wi) > 0))) return;
+  const auto& [light, point, density] = *asked;
+  if (is_too_near(scene_.lights()[static_cast<std::size_t>(light)], point.pdf)) return;
+  if (far && std::isfinite(far->width)) {
+    if (side == V3f(0) || side.dot(point.wi) > 0) keep_straight_light(*far, *asked);
+    return;
+  }
+  const auto thrown = [&](Event e) { return eval(y.bsdf, y.point.wo, point.wi, mask_of(e)); };
+  const EventMask kinds = y.bsdf.events() & gathering;
+  bool is_lit = false;
+  for_each_event(kinds, [&](Event e) { is_lit = is_lit || !is_black(thrown(e)); });
+  if (!is_lit) return;
   const auto way = unblocked(y, light, point);
   if (!way) return;
-  const Color arriving = point.radiance * way->left / pdf;
-  if (far) note_state(way->q, *far), far->straight.wi = point.wi, far->straight.arriving = arriving;
+  if (far) note_state(way->q, *far);
   for (const Arm& arm : arms)
-    for_each_event(y.bsdf.events() & gathering, [&](Event e) {
-      Joined to = asks_state(arm.joins) ? join(way->q, event_at(arm.joins, y, e)) : Joined{picture};
+    for_each_event(kinds, [&](Event e) {
+      const Color radiance = thrown(e) * point.radiance * way->left / density;
+      if (is_black(radiance)) return;
+      Joined to = join_behind(arm.joins, way->q, y, e);
       to.images &= arm.images;
-      if (!to.images) return;
-      if (far)
-        far->straight.shares[far->straight.count++] = {arm.index, e, to.q, to.images};
-      else
-        add(Part::Indirect, path, eval(y.bsdf, y.point.wo, point.wi, mask_of(e)) * arriving * arm.weight, to);
+      if (to.images) deliver(path, radiance, arm, to);
     });
+}
+
+// For all that may see y, by whatever lobes they see.
+void ViewTracer::keep_straight_light(FarEnd& far, const AskedLight& asked) {
+  const auto& [light, point, density] = asked;
+  const auto way = unblocked(far.y, light, point);
+  if (!way) return;
+  note_state(way->q, far);
+  far.straight.wi = point.wi, far.straight.arriving = point.radiance * way->left / density;
+  for (const Arm& arm : far.arms)
+    for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
+      Joined to = join_behind(arm.joins, way->q, far.y, e);
+      to.images &= arm.images;
+      if (to.images) far.straight.shares[far.straight.count++] = {arm.index, e, to.q, to.images};
+    });
+}
+
+// What light in state q becomes that leaves the vertex by an event.
+ViewTracer::Joined ViewTracer::join_behind(int joins, StateId q, const Vertex& vertex, Event e) {
+  return asks_state(joins) ? join(q, event_at(joins, vertex, e)) : Joined{picture};
 }
 
 // What is left of a light's on its way to the vertex, and its state; empty: surfaces or entries take it.

@@ -137,11 +137,12 @@ class ViewTracer {
     DirectSample point;
     float pdf;  // of light and point (1/sr, or of what a delta light has)
   };
-  [[nodiscard]] std::optional<AskedLight> ask_light(const Vertex& vertex, LightTrust trust, float u, const V2f& uv) const noexcept;
+  [[nodiscard]] std::optional<AskedLight> ask_light(const V3d& place, const V3f& side, LightTrust trust, float u, const V2f& uv) const noexcept;
   void direct_light(const ViewPath& path, const Vertex& v, float chance);
   void measure_lights(const ViewPath& path, const Vertex& v, float chance);
   void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance);
   void straight_light(const ViewPath& path, const Vertex& y, const Arms& arms);
+  void keep_straight_light(FarEnd& far, const AskedLight& asked);
   struct Unblocked {
     Color left;
     StateId q;
@@ -187,11 +188,9 @@ class ViewTracer {
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
   [[nodiscard]] bool ask_entries(const Connection& way, const FarEnd& far);
-  [[nodiscard]] float least_cosine(const Seer& finder) const noexcept;
-  struct Sent {
-    bool straight, photons;
-  };
-  void send(const FarEnd& far, const Arm& arm, const V3f& wo, Sent sent, const Seer& to, const Color& factor);
+  [[nodiscard]] bool sees_same_photons(const Seer& finder) const noexcept;
+  [[nodiscard]] const Bsdf& lobes_towards(const FarEnd& far, const V3f& wo) noexcept;
+  void throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
   [[nodiscard]] float light_samples() const noexcept { return static_cast<float>(bundle_[at_].light_samples); }
@@ -209,6 +208,7 @@ class ViewTracer {
   [[nodiscard]] Joined try_join(StateId q, int joins) noexcept;
   [[nodiscard]] Joined counted(const Joined& joined) noexcept;
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
+  [[nodiscard]] Joined join_behind(int joins, StateId q, const Vertex& vertex, Event e);
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
   void start_run(PhotonRun& run, const Photon& photon, int joins) noexcept;
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
@@ -265,7 +265,7 @@ class ViewTracer {
   int branch_count_ = 0;
   SplitBudget budget_;
   Vertex far_;         // scratch: too large to copy about
-  Outgoing outgoing_;  // scratch of send()
+  Outgoing outgoing_;  // scratch of throw_straight_light()
 };
 
 }  // namespace sluice
