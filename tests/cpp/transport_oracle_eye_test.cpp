@@ -146,6 +146,21 @@ TEST(EyeOracle, mixed_and_rough_surfaces) {
   compare("a rough followed lobe", s, Which::Eye, everything);
 }
 
+// What a bundle shares must not depend on how its finder sees it. Straight light alone: materials that see the direction are not the same
+// to photons and to the eye.
+TEST(EyeOracle, far_ends_that_look_different_from_different_sides) {
+  Stage s = under_ceiling(false);
+  s.settings.max_depth = 2;
+  s.plate("Screen", facing({0, -1, 0.2}, {0, 0.4, 0.3}, 0.6, 0.3), painted(Color(1)));
+  const auto look = [&](const std::string& name, const MaterialDescription& screen) {
+    s.scene.materials.back() = screen;
+    compare(name, s, Which::Eye, everything, {.passes = 30, .side = 1});
+  };
+  look("a screen that is glossy at grazing angles", faced(painted({0.1f, 0.2f, 0.3f}), glossy({0.9f, 0.9f, 0.9f}, 0.5f), 0.4f));
+  look("a screen that lets light through where seen head-on", faced(translucent({0.9f, 0.5f, 0.3f}), painted({0.3f, 0.8f, 0.3f}), 0.4f));
+  look("a glossy screen", glossy({0.9f, 0.8f, 0.7f}, 0.35f));
+}
+
 TEST(EyeOracle, leaf_before_the_eye) {
   Stage s = under_ceiling();
   s.plate("Leaf", facing({0, -0.4, 1}, {0.1, -0.1, 0.5}, 0.35, 0.35, 0.3), mixed(painted({0.2f, 0.7f, 0.2f}), test::see_through({0.6f, 1, 0.5f}), 0.6f));

@@ -10,6 +10,7 @@ namespace sluice::oracle {
 using test::add, test::glowing, test::grid, test::input, test::one_node, test::place, test::sphere;
 
 inline MaterialDescription painted(const Color& c) { return one_node("painted", "BsdfDiffuse", {input("Color", c.x, c.y, c.z), input("Roughness", 0)}); }
+inline MaterialDescription translucent(const Color& c) { return one_node("translucent", "BsdfTranslucent", {input("Color", c.x, c.y, c.z)}); }
 inline MaterialDescription mirror(const Color& c) { return one_node("mirror", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", 0)}); }
 inline MaterialDescription glossy(const Color& c, float roughness) { return one_node("glossy", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", roughness)}); }
 inline MaterialDescription glass(const Color& c, float ior) { return one_node("glass", "BsdfGlass", {input("Color", c.x, c.y, c.z), input("Roughness", 0), input("IOR", ior)}); }
@@ -20,6 +21,15 @@ inline MaterialDescription mixed(const MaterialDescription& a, const MaterialDes
   m.name = "mixed";
   m.nodes = {a.nodes[0], b.nodes[0], {"MixShader", "MixShader", {input("Fac", part), {"Shader", {}, 0, ""}, {"Shader_001", {}, 1, ""}}, {}, {}, -1}};
   m.surface = 2;
+  return m;
+}
+
+// a where it is seen head-on, b where at grazing angles, nothing between.
+inline MaterialDescription faced(const MaterialDescription& a, const MaterialDescription& b, float from) {
+  MaterialDescription m = mixed(a, b, 0);
+  m.nodes.push_back({"LayerWeight", "LayerWeight", {input("Blend", 0.5f), {"Normal", {}, -1, ""}}, {}, {}, -1});
+  m.nodes.push_back({"Math", "Math", {{"Value", {}, 3, "Facing"}, input("Value_001", from), input("Value_002", 0)}, {{"operation", "GREATER_THAN"}}, {}, -1});
+  m.nodes[2].inputs[0] = {"Fac", {}, 4, ""};
   return m;
 }
 
