@@ -51,6 +51,12 @@ const Quad& Edits::quad(int edit, int exit) const noexcept {
   return exit < 0 ? e.entry : e.exits[static_cast<std::size_t>(exit)].quad;
 }
 
+bool Edits::is_crossed(const QuadId& id, const Segment& segment) const noexcept {
+  const Quad& q = quad(id.edit, id.exit);
+  const auto hit = intersect(q, segment.origin, segment.direction);
+  return hit && hit->t > segment.t_min && hit->t <= segment.t_max && q.group != segment.excluded_group;
+}
+
 std::optional<Crossing> Edits::first_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept {
   const TakingList& list = table.taking_list(state);
   if (list.edits.empty()) return std::nullopt;

@@ -112,6 +112,7 @@ class Edits {
   [[nodiscard]] bool any_entry_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return entries_[index(side)].any(segment, members); }
   [[nodiscard]] bool has_exits(Side side) const noexcept { return !exits_[index(side)].empty(); }
   [[nodiscard]] bool any_exit_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return exits_[index(side)].any(segment, members); }
+  [[nodiscard]] bool is_crossed(const QuadId& id, const Segment& segment) const noexcept;
   // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
   void crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const;
 

@@ -40,26 +40,40 @@ std::optional<Rectangle> seen(const Quad& quad, const Camera& camera, const Rect
 }  // namespace
 
 GatesInView::GatesInView(const Edits& edits, const Camera& camera, const PixelFilter& filter, const FrameDescription& frame) {
-  const auto blocks = [](int pixels) { return static_cast<std::size_t>((pixels + block_side - 1) / block_side); };
-  const std::size_t rows = blocks(frame.height);
+  const auto blocks = [&](int pixels) { return static_cast<std::size_t>((pixels - 1) >> shift_) + 1; };
+  while (blocks(frame.width) * blocks(frame.height) > most_blocks) ++shift_;
   columns_ = blocks(frame.width);
+  const std::size_t size = columns_ * blocks(frame.height);
   const Rectangle whole{0, 0, static_cast<double>(frame.width - 1), static_cast<double>(frame.height - 1)};
-  const auto mark = [&](const Quad& quad, Side side) {
-    auto box = seen(quad, camera, whole, filter.reach() + margin);
+  // Calls found(block) for each block that shows the quad.
+  const auto for_blocks = [&](const Quad& quad, const auto& found) {
+    const auto box = seen(quad, camera, whole, filter.reach() + margin);
     if (!box || !(box->x0 <= whole.x1 && box->y0 <= whole.y1 && box->x1 >= 0 && box->y1 >= 0)) return;
-    blocks_[index(side)].resize(rows * columns_);
-    const auto block = [](double pixel, double most) { return static_cast<std::size_t>(std::clamp(pixel, 0.0, most)) / block_side; };
-    for (std::size_t y = block(box->y0, whole.y1); y <= block(box->y1, whole.y1); ++y)
-      for (std::size_t x = block(box->x0, whole.x1); x <= block(box->x1, whole.x1); ++x) blocks_[index(side)][y * columns_ + x] = 1;
+    const auto pixel = [](double p, double most) { return static_cast<int>(std::clamp(p, 0.0, most)); };
+    const std::size_t from = block(pixel(box->x0, whole.x1), pixel(box->y0, whole.y1)), to = block(pixel(box->x1, whole.x1), pixel(box->y1, whole.y1));
+    for (std::size_t row = from; row <= to; row += columns_)
+      for (std::size_t at = row; at <= row + (to - from) % columns_; ++at) found(at);
   };
-  for (int e = 0; e < edits.size(); ++e) {
-    const Edit& edit = edits[e];
-    if (!contains(edits.takers(edit.side), e)) continue;
-    if (edit.side == Side::View) {
-      mark(edit.entry, Side::View);
-    } else {
-      for (const Exit& exit : edit.exits) mark(exit.quad, Side::Light);
+  for (const Side side : {Side::Light, Side::View}) {
+    Blocks& of_side = blocks_[index(side)];
+    std::vector<QuadId> gates;
+    for (int e = 0; e < edits.size(); ++e) {
+      if (edits[e].side != side || !contains(edits.takers(side), e)) continue;
+      if (side == Side::View) gates.push_back({e, QuadId::entry});
+      for (std::size_t x = 0; side == Side::Light && x < edits[e].exits.size(); ++x) gates.push_back({e, static_cast<int>(x)});
     }
+    if (gates.empty()) continue;
+    of_side.counts.resize(size);
+    for (const QuadId& gate : gates)
+      for_blocks(edits.quad(gate.edit, gate.exit), [&](std::size_t at) { of_side.counts[at] += of_side.counts[at] <= most_listed; });
+    std::uint32_t listed = 0;
+    for (const std::uint8_t count : of_side.counts) of_side.first.push_back(listed), listed += count <= most_listed ? count : 0;
+    of_side.gates.resize(listed);
+    std::vector<std::uint32_t> next = of_side.first;
+    for (const QuadId& gate : gates)
+      for_blocks(edits.quad(gate.edit, gate.exit), [&](std::size_t at) {
+        if (of_side.counts[at] <= most_listed) of_side.gates[next[at]++] = gate;
+      });
   }
 }
 

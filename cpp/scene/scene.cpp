@@ -130,7 +130,7 @@ bool Scene::may_be_taken_from(const Hit& hit) const noexcept { return shot_->eve
 int Scene::light_entity(int light) const noexcept { return parts_->lights[static_cast<std::size_t>(light)].entity; }
 const Edits& Scene::edits() const noexcept { return shot_->edits; }
 
-bool Scene::has_gate_in_view(Side side, int x, int y) const noexcept { return shot_->gates_in_view.any(side, x, y); }
+const GatesInView& Scene::gates_in_view() const noexcept { return shot_->gates_in_view; }
 
 const Camera& Scene::camera() const noexcept { return shot_->camera; }
 const FrameDescription& Scene::frame() const noexcept { return shot_->frame; }

@@ -19,6 +19,7 @@ namespace sluice {
 
 enum class Side : std::uint8_t;
 class Edits;
+class GatesInView;
 class Material;
 struct Entity;
 struct SurfacePoint;
@@ -67,8 +68,7 @@ class Scene {
   [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
   [[nodiscard]] const Edits& edits() const noexcept;
 
-  // Rays from the camera through pixel (x, y) of the full frame may meet an exit of a light edit, or an entry of a view edit.
-  [[nodiscard]] bool has_gate_in_view(Side side, int x, int y) const noexcept;
+  [[nodiscard]] const GatesInView& gates_in_view() const noexcept;
 
   [[nodiscard]] const Camera& camera() const noexcept;
   [[nodiscard]] const FrameDescription& frame() const noexcept;

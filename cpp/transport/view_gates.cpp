@@ -2,6 +2,7 @@
 // Gates on view segments. Light edits are met backward (design §2 and §5): at a plane of quads light may have come straight through,
 // passing every entry there, or out of an exit, taken by that edit's entry; both continue, and C remembers which light that was.
 // View edits are met forward from the eye, as paper §4 has it.
+#include <algorithm>
 #include <utility>
 
 #include "transport/view_path.h"
@@ -23,17 +24,25 @@ bool ViewTracer::can_leave(ViewPath& path) {
 
 // Is there a gate of light edits on the segment? An entry alone is one only for light that starts at the segment's far end (null:
 // nothing there) or at a lamp; behind an exit any may be.
-bool ViewTracer::meets_light_gate(const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
+bool ViewTracer::meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
   if (asks.exits) {
     ++counts.edit_queries;
-    if (edits.any_exit_crossed(Side::Light, segment, edits.takers(Side::Light))) return true;
+    if (meets_exit(path, segment)) return true;
   }
   if (!asks.entries) return false;
   const EditSet takers = takers_from(far, any_lobe, lamps);
   if (is_empty(takers)) return false;
   counts.edit_queries += !asks.exits;
   return edits.any_entry_crossed(Side::Light, segment, takers);
+}
+
+bool ViewTracer::meets_exit(const ViewPath& path, const Segment& segment) const noexcept {
+  const Edits& edits = scene_.edits();
+  if (path.is_camera)
+    if (const auto few = gates_in_view_.listed(Side::Light, bundle_[at_].x, bundle_[at_].y))
+      return std::ranges::any_of(*few, [&](const QuadId& id) { return edits.is_crossed(id, segment); });
+  return edits.any_exit_crossed(Side::Light, segment, edits.takers(Side::Light));
 }
 
 // The gates on a segment in the order of the ray, and the lamps between them.
@@ -53,7 +62,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, doubl
         lamp.t = std::numeric_limits<double>::infinity();  // done
       }
   };
-  if (effects_.light_edits && (capture || meets_light_gate(asks, segment, far, lamps))) {
+  if (effects_.light_edits && (capture || meets_light_gate(path, asks, segment, far, lamps))) {
     edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;

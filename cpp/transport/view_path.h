@@ -7,6 +7,7 @@
 #include <array>
 #include <vector>
 
+#include "scene/gates_in_view.h"
 #include "transport/bundle.h"
 #include "transport/density.h"
 #include "transport/film.h"
@@ -45,7 +46,7 @@ struct ViewPath {
 class ViewTracer {
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
+      : scene_(scene), settings_(settings), effects_(effects), gates_in_view_(scene.gates_in_view()), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // At most bundle_size samples of pixels near each other.
@@ -117,12 +118,13 @@ class ViewTracer {
     [[nodiscard]] bool any() const noexcept { return exits || entries || view_entries; }
   };
   [[nodiscard]] Asks asks_of(const ViewPath& path, const Vertex* far, std::span<const LampHit> lamps) const noexcept {
-    const auto in_view = [&](Side side) { return !path.is_camera || scene_.has_gate_in_view(side, bundle_[at_].x, bundle_[at_].y); };
+    const auto in_view = [&](Side side) { return !path.is_camera || gates_in_view_.any(side, bundle_[at_].x, bundle_[at_].y); };
     return {effects_.light_edits && scene_.edits().has_exits(Side::Light) && in_view(Side::Light), effects_.light_edits && may_be_taken_from(far, lamps),
             effects_.view_edits && !states_.takes_none(path.state) && in_view(Side::View)};
   }
   [[nodiscard]] Went cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far, std::span<LampHit> lamps);
-  [[nodiscard]] bool meets_light_gate(const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
+  [[nodiscard]] bool meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
+  [[nodiscard]] bool meets_exit(const ViewPath& path, const Segment& segment) const noexcept;
   [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
@@ -241,6 +243,7 @@ class ViewTracer {
   const Guide* guide_ = nullptr;
   float radius_scale_ = 1;
 
+  const GatesInView& gates_in_view_;
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number
   std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last

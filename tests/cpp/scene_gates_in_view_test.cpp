@@ -55,14 +55,37 @@ TEST(GatesInView, NoRayMeetsAGateUnasked) {
           const bool is_asked = gates.any(side, x, y);
           if (camera.is_invertible()) ++blocks, asked += is_asked;
           const Quad& gate = side == Side::View ? edits[view].entry : edits[1 - view].exits[0].quad;
-          if (const auto hit = intersect(gate, ray.origin, V3d(ray.direction)); !hit || hit->t <= 0) continue;
+          const auto hit = intersect(gate, ray.origin, V3d(ray.direction));
+          if (!hit || hit->t <= 0) continue;
           ++met;
           ASSERT_TRUE(is_asked) << "round " << round << ", pixel " << x << ' ' << y << ", side " << index(side);
+          const auto listed = gates.listed(side, x, y);
+          ASSERT_TRUE(listed && listed->size() == 1);
+          EXPECT_TRUE(edits.is_crossed((*listed)[0], {ray.origin, V3d(ray.direction), 0, hit->t, -1}));
         }
       }
   }
   EXPECT_GT(met, 10000);
   EXPECT_LT(asked, blocks / 3);
+}
+
+// Gates on top of each other: listed while they are few.
+TEST(GatesInView, ManyAreNotListed) {
+  const FrameDescription frame;
+  CameraDescription described;
+  for (const int count : {16, 17}) {
+    std::vector<EditDescription> edits;
+    for (int i = 0; i < count; ++i) {
+      edits.push_back(edit_at("edit " + std::to_string(i), at({50, 0, 0}), "L.*", 2 * i));
+      edits.back().exits.push_back(exit_at("exit", at({0, 0, -5}), 2 * i + 1));
+    }
+    const TestEdits made(edits);
+    const GatesInView gates(made.edits, Camera(described, frame, V3d(0)), PixelFilter(frame), frame);
+    const int x = frame.width / 2, y = frame.height / 2;
+    ASSERT_TRUE(gates.any(Side::Light, x, y));
+    const auto listed = gates.listed(Side::Light, x, y);
+    EXPECT_EQ(listed ? listed->size() : 0u, count == 16 ? 16u : 0u);
+  }
 }
 
 TEST(GatesInView, NothingIsAskedWithoutEdits) {
