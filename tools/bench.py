@@ -92,19 +92,21 @@ def instructions(*task) -> int:
 
 
 def edits(_) -> list[dict]:
-    """Instructions and seconds of a pass, with edits that no light can match and with edits that a tenth of all segments ask for."""
+    """Instructions and seconds of a pass, with edits that no light can match and with edits that a tenth of all segments ask for, these in
+    two sizes of the picture."""
     counts = shutil.which("valgrind")
     if not counts:
         print("  valgrind is missing (apt-get install valgrind): seconds alone")
     rows = []
-    for kind, count in (("none", 0), *((kind, 10**power) for kind in ("none", "tenth") for power in range(4))):
+    tasks = [("none", 0), *((kind, 10**power) for kind in ("none", "tenth") for power in range(4)), *(("fine", count) for count in (0, 10, 1000))]
+    for kind, count in tasks:
         command = [sys.executable, EDITS, str(count), kind, "4"]
         runs = [subprocess.run(command, check=True, capture_output=True, text=True).stdout.split() for _ in range(3)]
         seconds = statistics.median(float(run[2]) for run in runs) / 4
         row = {"kind": kind, "edits": count, "asking": float(runs[0][0]), "seconds_per_pass": round(seconds, 4)}
         if counts:
             row["instructions_per_pass"] = instructions(count, kind, 2) - instructions(count, kind, 1)
-        first = rows[0] if rows else row
+        first = next((other for other in rows if other["edits"] == 0 and (other["kind"] == "fine") == (kind == "fine")), row)
         row |= {name.replace("per_pass", "ratio"): round(row[name] / first[name], 3) for name in list(row) if name.endswith("per_pass")}
         rows.append(row)
         print("  " + ", ".join(f"{key} {value:,}" if isinstance(value, int) else f"{key} {value}" for key, value in row.items()), flush=True)

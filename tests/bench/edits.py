@@ -5,7 +5,8 @@
 
 EDITS entries of a centimetre, each with one exit that gives the light back in place, lie at random: what is counted is the asking, as few
 segments cross any. KIND: `none` (no path of the scene spells their expressions), `tenth` (about a tenth of all segments ask: those with
-light that comes from the panel, and those from the eye). Prints the share of segments that asked, the paths that were taken, and the
+light that comes from the panel, and those from the eye), `fine` (these edits in a larger picture: a photon a pixel and pass instead of
+seven, so that segments from the eye weigh more). Prints the share of segments that asked, the paths that were taken, and the
 seconds of the passes. ./run bench --only edits makes the table, with instructions counted by valgrind."""
 
 import sys
@@ -18,11 +19,12 @@ from scenes import Scene, diffuse, exit_at, glass, looking, mirror, quad, render
 
 PHOTONS = 16384
 SEAM = 0.35  # height at which the left wall ends and the panel begins: how large it is makes the tenth
-EXPRESSIONS = {"none": "LS'Ball'D'Ball'", "tenth": "L.*D'Panel'"}
+EXPRESSIONS = {"none": "LS'Ball'D'Ball'", "tenth": "L.*D'Panel'", "fine": "L.*D'Panel'"}
+SIDES = {"none": 48, "tenth": 48, "fine": 128}  # of the picture, pixels
 
 
 def box(edits: int, kind: str) -> Scene:
-    scene = Scene(size=48)
+    scene = Scene(size=SIDES[kind])
     grey = diffuse(0.6)
     for name, nodes, corners in (
         ("Floor", grey, [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)]), ("Ceiling", grey, [(-1, -1, 1), (-1, 1, 1), (1, 1, 1), (1, -1, 1)]),
