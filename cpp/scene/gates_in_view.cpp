@@ -45,34 +45,39 @@ GatesInView::GatesInView(const Edits& edits, const Camera& camera, const PixelFi
   columns_ = blocks(frame.width);
   const std::size_t size = columns_ * blocks(frame.height);
   const Rectangle whole{0, 0, static_cast<double>(frame.width - 1), static_cast<double>(frame.height - 1)};
-  // Calls found(block) for each block that shows the quad.
-  const auto for_blocks = [&](const Quad& quad, const auto& found) {
-    const auto box = seen(quad, camera, whole, filter.reach() + margin);
+  struct Shown {
+    QuadId gate;
+    std::size_t from, to;  // blocks: corners of a rectangle
+  };
+  const auto show = [&](const QuadId& gate, std::vector<Shown>& shown) {
+    const auto box = seen(edits.quad(gate.edit, gate.exit), camera, whole, filter.reach() + margin);
     if (!box || !(box->x0 <= whole.x1 && box->y0 <= whole.y1 && box->x1 >= 0 && box->y1 >= 0)) return;
     const auto pixel = [](double p, double most) { return static_cast<int>(std::clamp(p, 0.0, most)); };
-    const std::size_t from = block(pixel(box->x0, whole.x1), pixel(box->y0, whole.y1)), to = block(pixel(box->x1, whole.x1), pixel(box->y1, whole.y1));
-    for (std::size_t row = from; row <= to; row += columns_)
-      for (std::size_t at = row; at <= row + (to - from) % columns_; ++at) found(at);
+    shown.push_back({gate, block(pixel(box->x0, whole.x1), pixel(box->y0, whole.y1)), block(pixel(box->x1, whole.x1), pixel(box->y1, whole.y1))});
+  };
+  const auto for_blocks = [&](const Shown& gate, const auto& act) {
+    for (std::size_t row = gate.from; row <= gate.to; row += columns_)
+      for (std::size_t at = row; at <= row + (gate.to - gate.from) % columns_; ++at) act(at);
   };
   for (const Side side : {Side::Light, Side::View}) {
     Blocks& of_side = blocks_[index(side)];
-    std::vector<QuadId> gates;
+    std::vector<Shown> gates;
     for (int e = 0; e < edits.size(); ++e) {
       if (edits[e].side != side || !contains(edits.takers(side), e)) continue;
-      if (side == Side::View) gates.push_back({e, QuadId::entry});
-      for (std::size_t x = 0; side == Side::Light && x < edits[e].exits.size(); ++x) gates.push_back({e, static_cast<int>(x)});
+      if (side == Side::View) show({e, QuadId::entry}, gates);
+      for (std::size_t x = 0; side == Side::Light && x < edits[e].exits.size(); ++x) show({e, static_cast<int>(x)}, gates);
     }
     if (gates.empty()) continue;
     of_side.counts.resize(size);
-    for (const QuadId& gate : gates)
-      for_blocks(edits.quad(gate.edit, gate.exit), [&](std::size_t at) { of_side.counts[at] += of_side.counts[at] <= most_listed; });
+    for (const Shown& gate : gates)
+      for_blocks(gate, [&](std::size_t at) { of_side.counts[at] += of_side.counts[at] <= most_listed; });
     std::uint32_t listed = 0;
     for (const std::uint8_t count : of_side.counts) of_side.first.push_back(listed), listed += count <= most_listed ? count : 0;
     of_side.gates.resize(listed);
     std::vector<std::uint32_t> next = of_side.first;
-    for (const QuadId& gate : gates)
-      for_blocks(edits.quad(gate.edit, gate.exit), [&](std::size_t at) {
-        if (of_side.counts[at] <= most_listed) of_side.gates[next[at]++] = gate;
+    for (const Shown& shown : gates)
+      for_blocks(shown, [&](std::size_t at) {
+        if (of_side.counts[at] <= most_listed) of_side.gates[next[at]++] = shown.gate;
       });
   }
 }

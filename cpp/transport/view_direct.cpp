@@ -11,6 +11,12 @@ namespace {
 // Balance heuristic between two ways to make one direction.
 float mis(float pdf, float other) noexcept { return pdf > 0 ? pdf / (pdf + other) : 0; }
 
+// What a light would add if nothing blocked it, by an event at the vertex.
+struct Arrived {
+  Event event;
+  Color radiance;
+};
+
 }  // namespace
 
 // Next-event estimation at v, by as many samples as are worth their time there. The shadow segment runs straight through exits and is
@@ -53,10 +59,6 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
   const V3f& wo = v.point.wo;
 
   // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
-  struct Arrived {
-    Event event;
-    Color radiance;
-  };
   std::array<Arrived, 3> arrived;
   std::size_t count = 0;
   for_each_event(bsdf.events(), [&](Event e) {
@@ -93,22 +95,21 @@ void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Arm
     if (side == V3f(0) || side.dot(point.wi) > 0) keep_straight_light(*far, *asked);
     return;
   }
-  const auto thrown = [&](Event e) { return eval(y.bsdf, y.point.wo, point.wi, mask_of(e)); };
-  const EventMask kinds = y.bsdf.events() & gathering;
-  bool is_lit = false;
-  for_each_event(kinds, [&](Event e) { is_lit = is_lit || !is_black(thrown(e)); });
-  if (!is_lit) return;
+  std::array<Arrived, 2> arrived;
+  std::size_t count = 0;
+  for_each_event(y.bsdf.events() & gathering, [&](Event e) {
+    if (const Color f = eval(y.bsdf, y.point.wo, point.wi, mask_of(e)); !is_black(f)) arrived[count++] = {e, f * point.radiance};
+  });
+  if (count == 0) return;
   const auto way = unblocked(y, light, point);
   if (!way) return;
   if (far) note_state(way->q, *far);
   for (const Arm& arm : arms)
-    for_each_event(kinds, [&](Event e) {
-      const Color radiance = thrown(e) * point.radiance * way->left / density;
-      if (is_black(radiance)) return;
-      Joined to = join_behind(arm.joins, way->q, y, e);
+    for (const Arrived& at : std::span(arrived).first(count)) {
+      Joined to = join_behind(arm.joins, way->q, y, at.event);
       to.images &= arm.images;
-      if (to.images) deliver(path, radiance, arm, to);
-    });
+      if (to.images) deliver(path, at.radiance * way->left / density, arm, to);
+    }
 }
 
 // For all that may see y, by whatever lobes they see.
