@@ -5,7 +5,7 @@
 #include <bit>
 #include <numeric>
 
-#if defined(__AVX2__)
+#if defined(__AVX2__) && defined(__FMA__)
 #include <immintrin.h>
 #endif
 
@@ -13,8 +13,10 @@ namespace sluice {
 
 namespace {
 
-constexpr std::size_t loop_size = 4;  // so few are tested as fast without boxes
-constexpr double widening = 0x1p-19;  // of boxes, relative to that of all: more than floats round away between a ray and a box
+constexpr std::size_t loop_size = 2;   // so few are tested as fast without spheres
+constexpr std::size_t leaf_size = 16;  // under a box
+constexpr double widening = 0x1p-19;   // of boxes and spheres, relative to that of all: more than floats round away between a ray and a box
+constexpr float rounding = 0x1p-19f;   // of the squared distance between a ray and a middle, relative to that of the ray's origin
 
 // No members at all: every edit is meant.
 bool is_member(EditSet members, int edit) noexcept { return members.empty() || contains(members, edit); }
@@ -58,11 +60,10 @@ void QuadSet::add(const Quad& q, const QuadId& id) {
 }
 
 std::size_t QuadSet::bytes() const noexcept {
-  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId)) + low_.size() * 2 * sizeof(V3d) + nodes_.size() * sizeof(Node);
+  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId)) + low_.size() * 2 * sizeof(V3d) + octets_.size() * sizeof(Octet) + nodes_.size() * sizeof(Node);
 }
 
 void QuadSet::build() {
-  nodes_.clear();
   if (size() <= loop_size) return;
   V3d least = low_[0], most = high_[0];
   for (std::size_t q = 1; q < size(); ++q)
@@ -75,13 +76,32 @@ void QuadSet::build() {
   for (V3d& low : low_) low -= V3d(wider);
   for (V3d& high : high_) high += V3d(wider);
   middle_ = (least + most) / 2, half_ = size_of_all / 2 + V3d(wider);
-  std::vector<std::uint32_t> order(size());
-  std::iota(order.begin(), order.end(), 0u);
-  (void)make_node(order);
+  std::vector<std::uint32_t> all(size());
+  std::iota(all.begin(), all.end(), 0u);
+  root_ = size() <= few ? make_leaf(all) : make_node(all);
+  sort_by_octets();
   low_ = high_ = {};
 }
 
-// Three halvings make eight children; depth is log8 of the number of quads.
+std::int32_t QuadSet::make_leaf(std::span<const std::uint32_t> range) {
+  const auto number = ~static_cast<std::int32_t>(octets_.size());
+  for (std::size_t begin = 0; begin < range.size(); begin += width) {
+    const auto part = range.subspan(begin, std::min(width, range.size() - begin));
+    Octet octet{};
+    octet.first = static_cast<std::uint32_t>(sorted_.size()), octet.count = static_cast<std::uint32_t>(part.size());
+    octet.ends_leaf = begin + width >= range.size();
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const V3d centre = (low_[part[i]] + high_[part[i]]) / 2 - middle_;
+      for (int axis = 0; axis < 3; ++axis) octet.centre[axis][i] = static_cast<float>(centre[axis]);
+      octet.radius[i] = static_cast<float>((high_[part[i]] - low_[part[i]]).length() / 2);
+    }
+    octets_.push_back(octet);
+    sorted_.insert(sorted_.end(), part.begin(), part.end());
+  }
+  return number;
+}
+
+// Three halvings make eight children; depth is log8 of the number of leaves.
 std::int32_t QuadSet::make_node(std::span<std::uint32_t> range) {
   const auto number = static_cast<std::int32_t>(nodes_.size());
   nodes_.emplace_back();
@@ -89,14 +109,14 @@ std::int32_t QuadSet::make_node(std::span<std::uint32_t> range) {
   for (int level = 0; level < 3; ++level) {
     std::vector<std::span<std::uint32_t>> halves;
     for (const auto& part : parts) {
-      const std::size_t half = part.size() > 1 ? halve(part, low_, high_) : 0;
+      const std::size_t half = part.size() > width ? halve(part, low_, high_) : 0;
       if (half > 0) halves.push_back(part.first(half));
       halves.push_back(part.subspan(half));
     }
     parts = std::move(halves);
   }
-  Node node;
-  for (std::size_t c = 0; c < Node::width; ++c) {
+  Node node{};
+  for (std::size_t c = 0; c < width; ++c) {
     const auto part = c < parts.size() ? parts[c] : std::span<std::uint32_t>();
     for (int axis = 0; axis < 3; ++axis) {
       double low = std::numeric_limits<double>::infinity(), high = -low;  // of no quads: a box that nothing enters
@@ -104,13 +124,23 @@ std::int32_t QuadSet::make_node(std::span<std::uint32_t> range) {
         low = std::min(low, low_[q][axis]);
         high = std::max(high, high_[q][axis]);
       }
-      node.low[axis][c] = static_cast<float>(low - middle_[axis]);
-      node.high[axis][c] = static_cast<float>(high - middle_[axis]);
+      node.bounds[axis][c] = static_cast<float>(low - middle_[axis]);
+      node.bounds[3 + axis][c] = static_cast<float>(high - middle_[axis]);
     }
-    node.child[c] = part.size() > 1 ? make_node(part) : part.empty() ? 0 : ~static_cast<std::int32_t>(part[0]);
+    node.child[c] = part.size() > leaf_size ? make_node(part) : part.empty() ? ~0 : make_leaf(part);
   }
   nodes_[static_cast<std::size_t>(number)] = node;
   return number;
+}
+
+void QuadSet::sort_by_octets() {
+  const auto sort = [&](auto& list) {
+    auto sorted = list;
+    for (std::size_t i = 0; i < size(); ++i) sorted[i] = list[sorted_[i]];
+    list = std::move(sorted);
+  };
+  sort(tests_), sort(group_), sort(order_), sort(id_);
+  sorted_ = {};
 }
 
 // The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the same bits for t. Most quads
@@ -130,27 +160,78 @@ void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Fo
   found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
 }
 
-// A segment inside the box of all quads, in floats: it starts where it enters, so that floats are as exact as that box is small.
+// A ray relative to the middle of all quads, in floats, and a cone round it.
 struct QuadSet::Ray {
-  float origin[3], inverse[3];
+  float origin[3], direction[3];
+  float radius = 0, slope = 0;  // of the cone, at the origin; by which it loses radius
+  float inverse[3], from_enter[3], from_leave[3];  // these are for boxes alone
+  std::size_t enter[3], leave[3];                  // by which of a box's bounds
+
+  Ray(const V3d& from, const V3d& towards) noexcept {
+    for (int axis = 0; axis < 3; ++axis) origin[axis] = static_cast<float>(from[axis]), direction[axis] = static_cast<float>(towards[axis]);
+  }
+  // To the cone of the segment that begins `start` before the origin. Lines in it meet a quad up to the cone's own radius further along
+  // than the axis has come by then, so the radius is taken from there.
+  void widen(double first_radius, double length, double start) noexcept {
+    const double steep = first_radius / length, less = 1 / (1 - steep);
+    const bool is_slender = steep < 0.5;
+    slope = is_slender ? static_cast<float>(steep * less) : 0;
+    radius = static_cast<float>(first_radius * (is_slender ? less : 1) - start * static_cast<double>(slope)) * (1 + rounding);
+  }
+  void prepare_for_boxes() noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      inverse[axis] = 1 / direction[axis];
+      const float wider = std::copysign(radius, inverse[axis]);
+      enter[axis] = inverse[axis] < 0 ? 3 + axis : axis, from_enter[axis] = origin[axis] + wider;
+      leave[axis] = inverse[axis] < 0 ? axis : 3 + axis, from_leave[axis] = origin[axis] - wider;
+    }
+  }
+
+  // Spheres that its line meets, or the cone, a bit for each. (Numbers that overflow make NaN, which is not greater.)
+  [[nodiscard]] unsigned meets(const Octet& octet) const noexcept {
+#if defined(__AVX2__) && defined(__FMA__)
+    __m256 along = _mm256_setzero_ps(), away2 = _mm256_setzero_ps();
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m256 to = _mm256_sub_ps(_mm256_load_ps(octet.centre[axis]), _mm256_set1_ps(origin[axis]));
+      along = _mm256_fmadd_ps(to, _mm256_set1_ps(direction[axis]), along);
+      away2 = _mm256_fmadd_ps(to, to, away2);
+    }
+    const __m256 sphere = _mm256_load_ps(octet.radius), cone = _mm256_fmadd_ps(_mm256_sub_ps(sphere, along), _mm256_set1_ps(slope), _mm256_set1_ps(radius));
+    const __m256 near = _mm256_add_ps(sphere, _mm256_max_ps(cone, _mm256_setzero_ps()));
+    const __m256 most = _mm256_fmadd_ps(away2, _mm256_set1_ps(rounding), _mm256_mul_ps(near, near));
+    const __m256 distance2 = _mm256_fnmadd_ps(along, along, away2);
+    const auto met = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(distance2, most, _CMP_NGT_UQ)));
+#else
+    unsigned met = 0;
+    for (std::size_t c = 0; c < width; ++c) {
+      float along = 0, away2 = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float to = octet.centre[axis][c] - origin[axis];
+        along += to * direction[axis], away2 += to * to;
+      }
+      const float near = octet.radius[c] + std::max((octet.radius[c] - along) * slope + radius, 0.0f);
+      met |= (away2 - along * along > near * near + away2 * rounding ? 0u : 1u) << c;
+    }
+#endif
+    return met & ((1u << octet.count) - 1);
+  }
+
   // Children of a node that are met on [0, t_end], a bit for each. 0 · inf is NaN and narrows nothing.
   [[nodiscard]] unsigned enters(const Node& node, float t_end) const noexcept {
-#if defined(__AVX2__)
+#if defined(__AVX2__) && defined(__FMA__)
     __m256 near = _mm256_setzero_ps(), far = _mm256_set1_ps(t_end);
     for (int axis = 0; axis < 3; ++axis) {
-      const float *enter = inverse[axis] < 0 ? node.high[axis] : node.low[axis], *leave = inverse[axis] < 0 ? node.low[axis] : node.high[axis];
-      const __m256 o = _mm256_set1_ps(origin[axis]), i = _mm256_set1_ps(inverse[axis]);
-      near = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(enter), o), i), near);
-      far = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(leave), o), i), far);
+      const __m256 i = _mm256_set1_ps(inverse[axis]);
+      near = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node.bounds[enter[axis]]), _mm256_set1_ps(from_enter[axis])), i), near);
+      far = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node.bounds[leave[axis]]), _mm256_set1_ps(from_leave[axis])), i), far);
     }
     return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(near, far, _CMP_LE_OQ)));
 #else
     unsigned met = 0;
-    for (std::size_t c = 0; c < Node::width; ++c) {
+    for (std::size_t c = 0; c < width; ++c) {
       float near = 0, far = t_end;
       for (int axis = 0; axis < 3; ++axis) {
-        const bool back = inverse[axis] < 0;
-        const float t0 = ((back ? node.high : node.low)[axis][c] - origin[axis]) * inverse[axis], t1 = ((back ? node.low : node.high)[axis][c] - origin[axis]) * inverse[axis];
+        const float t0 = (node.bounds[enter[axis]][c] - from_enter[axis]) * inverse[axis], t1 = (node.bounds[leave[axis]][c] - from_leave[axis]) * inverse[axis];
         near = t0 > near ? t0 : near;
         far = t1 < far ? t1 : far;
       }
@@ -161,38 +242,47 @@ struct QuadSet::Ray {
   }
 };
 
-template <class Found>
-void QuadSet::search(const Segment& segment, double& t_max, const Found& found) const noexcept {
-  if (nodes_.empty()) {
-    for (std::size_t i = 0; i < size(); ++i) test(segment, t_max, i, found);
+template <class Act>
+void QuadSet::visit(const Segment& segment, double radius, const double& t_max, const Act& act) const {
+  if (octets_.empty()) {
+    for (std::size_t i = 0; i < size(); ++i) act(i);
     return;
   }
-  double start = segment.t_min, end = t_max;
-  const V3d from = segment.origin - middle_;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double inverse = 1 / segment.direction[axis], near = (-std::copysign(half_[axis], inverse) - from[axis]) * inverse, far = (std::copysign(half_[axis], inverse) - from[axis]) * inverse;
-    start = near > start ? near : start;
-    end = far < end ? far : end;
+  V3d from = segment.origin - middle_;
+  double start = segment.t_min;
+  if (root_ >= 0) {  // from where it enters the box of all, so that floats are as exact as that box is small
+    double end = t_max;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double inverse = 1 / segment.direction[axis], half = std::copysign(half_[axis] + radius, inverse), near = (-half - from[axis]) * inverse, far = (half - from[axis]) * inverse;
+      start = near > start ? near : start;
+      end = far < end ? far : end;
+    }
+    if (!(start <= end)) return;
+    from += start * segment.direction;
   }
-  if (!(start <= end)) return;
-  Ray ray;
-  for (int axis = 0; axis < 3; ++axis) {
-    ray.origin[axis] = static_cast<float>(from[axis] + start * segment.direction[axis]);
-    ray.inverse[axis] = 1 / static_cast<float>(segment.direction[axis]);
-  }
-  std::int32_t stack[Node::width * 12];  // 8^12 quads
+  Ray ray(from, segment.direction);
+  if (radius > 0) ray.widen(radius, segment.t_max, start);
+  if (root_ >= 0) ray.prepare_for_boxes();
+  std::int32_t stack[width * 12];  // 8^12 quads
   std::size_t open = 0;
-  stack[open++] = 0;
+  stack[open++] = root_;
   while (open > 0) {
-    const Node& node = nodes_[static_cast<std::size_t>(stack[--open])];
-    for (unsigned met = ray.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) {
-      const std::int32_t child = node.child[std::countr_zero(met)];
-      if (child >= 0)
-        stack[open++] = child;
-      else
-        test(segment, t_max, static_cast<std::size_t>(~child), found);
+    const std::int32_t next = stack[--open];
+    if (next >= 0) {
+      const Node& node = nodes_[static_cast<std::size_t>(next)];
+      for (unsigned met = ray.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) stack[open++] = node.child[std::countr_zero(met)];
+    } else {
+      for (const Octet* octet = &octets_[static_cast<std::size_t>(~next)];; ++octet) {
+        for (unsigned met = ray.meets(*octet); met; met &= met - 1) act(octet->first + static_cast<std::size_t>(std::countr_zero(met)));
+        if (octet->ends_leaf) break;
+      }
     }
   }
+}
+
+template <class Found>
+void QuadSet::search(const Segment& segment, double& t_max, const Found& found) const noexcept {
+  visit(segment, 0, t_max, [&](std::size_t i) { test(segment, t_max, i, found); });
 }
 
 Crossing QuadSet::first(const Segment& segment, EditSet members) const noexcept {
@@ -217,6 +307,18 @@ bool QuadSet::any(const Segment& segment, EditSet members) const noexcept {
     hit = true;
     t_max = -std::numeric_limits<double>::infinity();  // ends the search
   });
+  return hit;
+}
+
+void QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::vector<std::uint32_t>& out) const {
+  visit(segment, radius, segment.t_max, [&](std::size_t i) {
+    if (is_member(members, id_[i].edit)) out.push_back(static_cast<std::uint32_t>(i));
+  });
+}
+
+bool QuadSet::any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept {
+  bool hit = false;
+  for (const std::uint32_t i : numbers) test(segment, segment.t_max, i, [&](std::size_t, double, const V2d&) { hit = true; });
   return hit;
 }
 

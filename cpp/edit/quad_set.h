@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Many quads asked at once: a plain loop for a few, a BVH of their own beyond that (design §2: quads are not in the
-// scene's acceleration structure). Boxes are of floats and only widen the search; every answer is computed in double by the formula of
-// quad.h, so both ways agree bit for bit.
+// Many quads asked at once (design §2: they are not in the scene's acceleration structure): spheres round them, eight at a time, and above
+// those a BVH of boxes where there are many. Spheres and boxes are of floats and only widen the search; every answer is computed in double
+// by the formula of quad.h, so all ways agree bit for bit.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -37,7 +37,7 @@ struct Crossing {
 
 class QuadSet {
  public:
-  static constexpr std::size_t few = 32;
+  static constexpr std::size_t few = 32;  // spheres alone do
 
   void add(const Quad& quad, const QuadId& id);  // then build() once
   void build();
@@ -48,23 +48,37 @@ class QuadSet {
   // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;
   [[nodiscard]] bool any(const Segment& segment, EditSet members = {}) const noexcept;
+  // Numbers, appended, of the quads that touch the cone round the segment that is `radius` (m) wide at its origin and comes to a point at
+  // t_max, and of some that do not.
+  void in_cone(const Segment& segment, double radius, EditSet members, std::vector<std::uint32_t>& out) const;
+  [[nodiscard]] bool any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept;
   // Appends all crossings, in no order.
   void all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
 
  private:
-  // Eight children side by side, so that their boxes are tested at once. Relative to the middle of all quads.
+  static constexpr std::size_t width = 8;  // tested side by side
+  // Spheres round up to eight quads that follow each other; relative to the middle of all, as boxes are.
+  struct Octet {
+    alignas(32) float centre[3][width], radius[width];
+    std::uint32_t first, count;
+    bool ends_leaf;
+  };
   struct Node {
-    static constexpr std::size_t width = 8;
-    alignas(32) float low[3][width], high[3][width];
-    std::int32_t child[width];  // a node, or ~quad
+    alignas(32) float bounds[6][width];  // of the children's boxes: least x, y, z, greatest x, y, z
+    std::int32_t child[width];           // a node, or ~the first octet of a leaf
   };
   struct Ray;
+  // Calls act(index) for quads that may touch the segment, or such a cone round it; t_max may shrink meanwhile.
+  template <class Act>
+  void visit(const Segment& segment, double radius, const double& t_max, const Act& act) const;
   // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.
   template <class Found>
   void search(const Segment& segment, double& t_max, const Found& found) const noexcept;
   template <class Found>
   void test(const Segment& segment, double t_max, std::size_t quad, const Found& found) const noexcept;
   std::int32_t make_node(std::span<std::uint32_t> range);
+  std::int32_t make_leaf(std::span<const std::uint32_t> range);
+  void sort_by_octets();
 
   struct Test {  // what a crossing is computed from (quad.h)
     V3d normal;
@@ -77,9 +91,12 @@ class QuadSet {
   std::vector<Test> tests_;
   std::vector<int> group_, order_;
   std::vector<QuadId> id_;
-  std::vector<V3d> low_, high_;  // boxes; gone when nodes are built
-  std::vector<Node> nodes_;      // empty when a loop does
-  V3d middle_{0}, half_{0};      // of the box of all
+  std::vector<V3d> low_, high_;        // boxes; gone when octets are made
+  std::vector<std::uint32_t> sorted_;  // by octets; gone then, too
+  std::vector<Octet> octets_;          // empty when a plain loop does
+  std::vector<Node> nodes_;
+  std::int32_t root_ = 0;              // as a node's child
+  V3d middle_{0}, half_{0};            // of the box of all
 };
 
 }  // namespace sluice

@@ -91,8 +91,12 @@ struct FarEnd {
   Arms arms;            // of v
   StraightLight straight;
   std::array<Outgoing, Arms::most> light;  // by arm: of photons, and straight light where y looks the same from all sides
-  std::vector<StateId> arrived, states;    // of all light, at y and behind it, where edits ask
-  std::vector<std::uint64_t> takers;       // light edits that would take some of it on its way to v; empty: none
+  std::vector<StateId> arrived;            // of all light, at y, where edits ask
+  bool may_be_taken = false;               // by a light edit, on its way to v
+  bool asked_takers = false;               // what follows is known
+  std::vector<StateId> states;             // of the light, behind y
+  std::vector<std::uint64_t> takers;       // light edits that would take some of it
+  std::vector<std::uint32_t> near;         // numbers of their entries, as far as they may lie on a way to the bundle
 };
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }

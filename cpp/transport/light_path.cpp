@@ -47,7 +47,7 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
       return false;
     }
     make_vertex(scene_, *hit, -path.direction, false, Carries::Flux, vertex);
-    const float chance = pass_chance(vertex.bsdf);
+    const float chance = vertex.pass_chance;
     if (chance == 0) return true;
     const double before = luminance(path.flux), straight = luminance(path.flux * vertex.bsdf.transparency);
     if (chance < 1) {  // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed

@@ -6,6 +6,7 @@
 // its own; so does the light of photons at a y that does not look the same from all. (Which photons there are at y depends on the finder's
 // radius: near entries that take only some of them, all this holds as radii shrink.)
 #include <algorithm>
+#include <utility>
 
 #include "transport/view_path.h"
 
@@ -76,6 +77,7 @@ void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& s
     arm.far = &far, arm.index = i++;
   }
   far.arrived.clear();
+  far.may_be_taken = effects_.light_edits && scene_.may_be_taken_from(far.y.hit), far.asked_takers = false;
 }
 
 // Light in state q arrives at y.
@@ -83,9 +85,12 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
   if (effects_.light_edits && std::ranges::find(far.arrived, q) == far.arrived.end()) far.arrived.push_back(q);
 }
 
-// It leaves y by any of its lobes.
-void ViewTracer::find_far_takers(FarEnd& far) {
-  far.states.clear(), far.takers.clear();
+// Which states it leaves y in, by any of its lobes, who would take it then, and where: all ways end at y, so they lie in a cone round the
+// finder's.
+void ViewTracer::find_takers(Seer& finder) {
+  FarEnd& far = finder.far;
+  if (std::exchange(far.asked_takers, true)) return;
+  far.states.clear(), far.takers.clear(), far.near.clear();
   for (const StateId q : far.arrived)
     for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
       const StateId behind = states_.next(q, scene_.event_class(e, far.y.hit));
@@ -97,14 +102,23 @@ void ViewTracer::find_far_takers(FarEnd& far) {
     far.takers.resize(taking.size());
     for (std::size_t i = 0; i < taking.size(); ++i) far.takers[i] |= taking[i];
   }
+  if (far.takers.empty()) return;
+  const V3d axis = far.y.hit.position - finder.v.hit.position;
+  double radius2 = 0;
+  for (const Seer& other : std::span(seers_).first(seer_count_))
+    if (other.word == finder.word) radius2 = std::max(radius2, (other.v.hit.position - finder.v.hit.position).length2());
+  ++counts.edit_queries;
+  scene_.edits().entries_in_cone(Side::Light, {finder.v.hit.position, axis.normalized(), 0, axis.length(), -1}, std::sqrt(radius2), far.takers, far.near);
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
-inline bool ViewTracer::is_taken(const Connection& way, const FarEnd& far) {
-  return (joins_.is_constrained(way.to->joins) || !far.takers.empty()) && ask_entries(way, far);  // hardly ever: apart, so that it costs no call
+inline bool ViewTracer::is_taken(const Connection& way, Seer& finder) {
+  return (joins_.is_constrained(way.to->joins) || finder.far.may_be_taken) && ask_entries(way, finder);  // hardly ever: apart, so that it costs no call
 }
-bool ViewTracer::ask_entries(const Connection& way, const FarEnd& far) {
+bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
+  find_takers(finder);
   const Seer& seer = *way.to;
+  const FarEnd& far = finder.far;
   if (joins_.is_constrained(seer.joins)) {
     bool arrives = true;
     for_each_event(kinds_of(seer.v), [&](Event e) {
@@ -113,9 +127,9 @@ bool ViewTracer::ask_entries(const Connection& way, const FarEnd& far) {
     });
     if (!arrives) return true;
   }
-  if (far.takers.empty()) return false;
+  if (far.near.empty()) return false;
   ++counts.edit_queries;
-  return scene_.edits().any_entry_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.takers);
+  return scene_.edits().any_entry_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.near);
 }
 
 void ViewTracer::share_gathers() {
@@ -125,14 +139,13 @@ void ViewTracer::share_gathers() {
 
 // The light of the y that `finder` found, to all that see it.
 void ViewTracer::share(Seer& finder) {
-  find_far_takers(finder.far);
   const FarEnd& far = finder.far;
   const bool has_photons = !std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); });  // layers are parts of it
   if (!has_photons && far.straight.count == 0) return;
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  const bool stays = far.is_own || !connect(finder, far, own) || is_taken(own, far);
+  const bool stays = far.is_own || !connect(finder, far, own) || is_taken(own, finder);
   const bool shares_photons = has_photons && !stays && sees_same_photons(finder);
   for (const Arm& arm : far.arms) {
     if (has_photons && !shares_photons) receive(finder, arm.light(), arm.weight);
@@ -148,7 +161,7 @@ void ViewTracer::share(Seer& finder) {
   }
   const std::span others = std::span(ways).subspan(1, count - 1);
   find_clear(others, far);
-  for (Connection& way : others) way.is_open = way.is_open && !is_taken(way, far);
+  for (Connection& way : others) way.is_open = way.is_open && !is_taken(way, finder);
   own.pdf = far.pdf, own.is_open = true;
   const std::span all = std::span(ways).first(count);
   float density = 0;

@@ -38,9 +38,7 @@ ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
   return joined;
 }
 
-// The photon begins a run of those in its state.
-void ViewTracer::start_run(PhotonRun& run, const Photon& photon, int joins) noexcept {
-  run.q = photon.q;
+void ViewTracer::join_run(PhotonRun& run, int joins) noexcept {
   run.to = join_photon(run.q, joins);
   run.to.images &= run.asked;
   run.is_plain = run.sums && run.to.images == picture && run.to.fate == Joins::Fate::Arrives && states_.gates(run.to.q) == 0;
@@ -153,7 +151,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
     make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, y);
     narrow(path, segment, length, length + hit->t, &y, arms);
     length += hit->t;
-    const float pass = pass_chance(y.bsdf);
+    const float pass = y.pass_chance;
     arrived = pass < 1 && (pass == 0 || random() >= pass);
     for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : y.bsdf.transparency / pass;
     ray = ray_from(*hit, sample->wi);
@@ -163,7 +161,7 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
   if (!effects_.indirect) return;
   if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += y.bsdf.count > 0);
   const Material& material = scene_.material(y.hit);
-  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && pass_chance(y.bsdf) == 0;
+  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && y.pass_chance == 0;
   if (seer) keep_far_end(seer->far, arms, *sample, may_share);
   light_from(path, y, seer ? seer->far.arms : arms, length, sample->pdf);
 }
@@ -178,7 +176,7 @@ void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& a
 // met) or of a lamp.
 EditSet ViewTracer::takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
-  if (far && pass_chance(far->bsdf) > 0) return edits.takers(Side::Light);
+  if (far && far->pass_chance > 0) return edits.takers(Side::Light);
   EditSet all;
   const auto add = [&](EventClass last) {
     const EditSet set = edits.takers_after(Side::Light, last);

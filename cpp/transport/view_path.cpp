@@ -141,7 +141,7 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
       return false;
     }
     path.length += hit->t;
-    const float chance = pass_chance(vertex.bsdf);
+    const float chance = vertex.pass_chance;
     if (chance < 1 && (chance == 0 || random() >= chance)) {
       path.weight /= 1 - chance;
       return true;

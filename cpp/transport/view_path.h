@@ -163,7 +163,7 @@ class ViewTracer {
   void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
-    return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || pass_chance(far->bsdf) > 0;
+    return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || far->pass_chance > 0;
   }
   [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
   void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
@@ -183,13 +183,13 @@ class ViewTracer {
   void put(Outgoing& light, const Color& radiance, StateId q, ImageSet images);
   void credit_outgoing(Outgoing& light, const Color& radiance, StateId q);
   void note_state(StateId q, FarEnd& far);
-  void find_far_takers(FarEnd& far);
+  void find_takers(Seer& finder);
   void share_gathers();
   void share(Seer& finder);
   [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
-  [[nodiscard]] bool is_taken(const Connection& way, const FarEnd& far);
-  [[nodiscard]] bool ask_entries(const Connection& way, const FarEnd& far);
+  [[nodiscard]] bool is_taken(const Connection& way, Seer& finder);
+  [[nodiscard]] bool ask_entries(const Connection& way, Seer& finder);
   [[nodiscard]] bool sees_same_photons(const Seer& finder) const noexcept;
   [[nodiscard]] const Bsdf& lobes_towards(const FarEnd& far, const V3f& wo) noexcept;
   void throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
@@ -212,7 +212,13 @@ class ViewTracer {
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
   [[nodiscard]] Joined join_behind(int joins, StateId q, const Vertex& vertex, Event e);
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
-  void start_run(PhotonRun& run, const Photon& photon, int joins) noexcept;
+  // The photon begins a run of those in its state.
+  void start_run(PhotonRun& run, const Photon& photon, int joins) noexcept {
+    run.q = photon.q;
+    run.is_plain = run.sums && !asks_state(joins) && states_.gates(state_of_[run.q]) == 0;
+    if (!run.is_plain) join_run(run, joins);
+  }
+  void join_run(PhotonRun& run, int joins) noexcept;
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
   [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
   [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.event_class(e, vertex.hit)); }

@@ -226,52 +226,85 @@ TEST(Quad, OnePlaneOneT) {
   }
 }
 
-// Boxes are of floats: rays at the corners, edges and middles of quads, from near, from far and along their boxes' sides, find whatever
-// each quad finds alone, however small or far away the quads are and however long the way to them.
-TEST(QuadSet, BoxesLoseNothing) {
+// Spheres (alone up to 32 quads) and boxes are of floats: rays at the corners, edges and middles of quads, from near, from far and along
+// their boxes' sides, find whatever each quad finds alone, however small or far away the quads are and however long the way to them.
+TEST(QuadSet, SpheresAndBoxesLoseNothing) {
   Random random(9);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   int found = 0;
-  for (const double size : {1e-6, 1.0, 1e4})
-    for (const double place : {0.0, 1.0, 1e5}) {
-      const V3d middle = random_direction(random) * (place * size);
-      std::vector<Quad> quads;
-      for (int i = 0; i < 60; ++i) {
-        const bool is_flat = i % 3 == 0;  // along the axes: boxes without thickness
-        const double half = size * std::pow(10, uniform(random, -4, 0));
-        const M44d turn = is_flat ? placed({1, 0, 0}, {0, i % 2 ? 1.0 : 0.0, i % 2 ? 0.0 : 1.0}, {0, i % 2 ? 0.0 : -1.0, i % 2 ? 1.0 : 0.0}, V3d(0)) : random_placement(random, V3d(0));
-        M44d m = turn;
-        for (int axis = 0; axis < 3; ++axis) m[3][axis] = middle[axis] + size * uniform(random, -1, 1);
-        quads.push_back(*make_quad(quad("q", m, i, half), V3d(0), 0));
-      }
-      const double far = 1e3 * size, scale = 2 * (middle.length() + far);
-      std::vector<Quad*> list;
-      for (Quad& q : quads) list.push_back(&q);
-      place_quads(list, 0x1p-22 * scale, scale);
-      QuadSet set;
-      for (int i = 0; i < 60; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
-      set.build();
-      std::vector<Crossing> crossings;
-      for (int k = 0; k < 20'000; ++k) {
-        const Quad& aim = quads[random() % 60];
-        const V3d p = aim.point({0.5 * static_cast<double>(k % 3), 0.5 * static_cast<double>(k / 3 % 3)});
-        V3d d = to_double(to_float(random_direction(random)));
-        if (k % 5 == 0) d[k / 5 % 3] = 0;
-        if (k % 50 == 0) d = k % 100 ? V3d(1, 0, 0) : V3d(0, 0, -1);
-        d.normalize();
-        const double way = (k % 2 ? far : size) * uniform(random, 0, 1);
-        const V3d o = p - d * way;
-        const double t_min = k % 7 == 0 ? -infinity : 0, t_max = k % 4 == 0 ? way : infinity;
-        set.all({o, d, t_min, t_max}, {}, crossings = {});
-        std::size_t alone = 0;
-        for (const Quad& q : quads)
-          if (const auto hit = intersect(q, o, d)) alone += hit->t > t_min && hit->t <= t_max;
-        ASSERT_EQ(crossings.size(), alone) << size << ' ' << place << ' ' << k;
-        EXPECT_EQ(set.any({o, d, t_min, t_max}), alone > 0);
-        found += static_cast<int>(alone);
+  for (const auto& [size, place, count] : {std::tuple{1.0, 0.0, 3}, {1.0, 1e5, 20}, {1e-6, 0.0, 60}, {1e-6, 1.0, 20}, {1e-6, 1e5, 60}, {1.0, 0.0, 60},
+                                           {1.0, 1.0, 300}, {1.0, 1e5, 300}, {1e4, 0.0, 20}, {1e4, 1.0, 60}, {1e4, 1e5, 300}}) {
+    const V3d middle = random_direction(random) * (place * size);
+    std::vector<Quad> quads;
+    for (int i = 0; i < count; ++i) {
+      const bool is_flat = i % 3 == 0;  // along the axes: boxes without thickness
+      const double half = size * std::pow(10, uniform(random, -4, 0));
+      const M44d turn = is_flat ? placed({1, 0, 0}, {0, i % 2 ? 1.0 : 0.0, i % 2 ? 0.0 : 1.0}, {0, i % 2 ? 0.0 : -1.0, i % 2 ? 1.0 : 0.0}, V3d(0)) : random_placement(random, V3d(0));
+      M44d m = turn;
+      for (int axis = 0; axis < 3; ++axis) m[3][axis] = middle[axis] + size * uniform(random, -1, 1);
+      quads.push_back(*make_quad(quad("q", m, i, half), V3d(0), 0));
+    }
+    const double far = 1e3 * size, scale = 2 * (middle.length() + far);
+    std::vector<Quad*> list;
+    for (Quad& q : quads) list.push_back(&q);
+    place_quads(list, 0x1p-22 * scale, scale);
+    QuadSet set;
+    for (int i = 0; i < count; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
+    set.build();
+    std::vector<Crossing> crossings;
+    for (int k = 0; k < 20'000; ++k) {
+      const Quad& aim = quads[random() % quads.size()];
+      const V3d p = aim.point({0.5 * static_cast<double>(k % 3), 0.5 * static_cast<double>(k / 3 % 3)});
+      V3d d = to_double(to_float(random_direction(random)));
+      if (k % 5 == 0) d[k / 5 % 3] = 0;
+      if (k % 50 == 0) d = k % 100 ? V3d(1, 0, 0) : V3d(0, 0, -1);
+      d.normalize();
+      const double way = (k % 2 ? far : size) * uniform(random, 0, 1);
+      const V3d o = p - d * way;
+      const double t_min = k % 7 == 0 ? -infinity : 0, t_max = k % 4 == 0 ? way : infinity;
+      set.all({o, d, t_min, t_max}, {}, crossings = {});
+      std::size_t alone = 0;
+      for (const Quad& q : quads)
+        if (const auto hit = intersect(q, o, d)) alone += hit->t > t_min && hit->t <= t_max;
+      ASSERT_EQ(crossings.size(), alone) << size << ' ' << place << ' ' << k;
+      EXPECT_EQ(set.any({o, d, t_min, t_max}), alone > 0);
+      found += static_cast<int>(alone);
+    }
+  }
+  EXPECT_GT(found, 100'000);
+}
+
+// Ways from round a place to one point: the quads in the cone answer for all.
+TEST(QuadSet, ConesLoseNothing) {
+  Random random(10);
+  int found = 0, spared = 0;
+  for (const int count : {2, 20, 300}) {
+    std::vector<Quad> quads;
+    for (int i = 0; i < count; ++i) quads.push_back(*make_quad(quad("q", random_placement(random, random_direction(random)), i, std::pow(10, uniform(random, -3, -1))), V3d(0), 0));
+    std::vector<Quad*> list;
+    for (Quad& q : quads) list.push_back(&q);
+    place_quads(list, 0x1p-22, 4);
+    QuadSet set;
+    for (int i = 0; i < count; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
+    set.build();
+    for (int k = 0; k < 20'000; ++k) {
+      const V3d end = 2.0 * random_direction(random), from = random_direction(random), way = end - from;
+      const double radius = way.length() * std::pow(10, uniform(random, -3, 0.3));
+      const Segment axis{from, way.normalized(), 0, way.length()};
+      std::vector<std::uint32_t> in_cone;
+      set.in_cone(axis, radius, {}, in_cone);
+      spared += count - static_cast<int>(in_cone.size());
+      for (int side = 0; side < 8; ++side) {
+        const V3d other = from + random_direction(random) * (radius * (side % 2 ? 1 : uniform(random, 0, 1))), to = end - other;
+        const Segment segment{other, to.normalized(), 0, to.length()};
+        const bool is_met = set.any(segment);
+        found += is_met;
+        ASSERT_EQ(set.any_of(in_cone, segment), is_met) << count << ' ' << k;
       }
     }
-  EXPECT_GT(found, 100'000);
+  }
+  EXPECT_GT(found, 10'000);
+  EXPECT_GT(spared, 1'000'000);
 }
 
 }  // namespace
