@@ -13,6 +13,7 @@
 namespace sluice {
 namespace {
 
+constexpr std::size_t most_near = 8;        // entries that a way asks one by one
 constexpr float least_cosine_at_y = 0.02f;  // closer to grazing its shading normal depends on who looks (surface.cpp)
 // Angles (rad) between two directions from y that are taken for one: a bias that shrinks with the radii, and blurs nothing beyond the bundle's
 // pixels.
@@ -129,7 +130,8 @@ bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
   }
   if (far.near.empty()) return false;
   ++counts.edit_queries;
-  return scene_.edits().any_entry_crossed(Side::Light, {seer.v.hit.position, V3d(way.wi), 0, way.distance, -1}, far.near);
+  const Segment segment{seer.v.hit.position, V3d(way.wi), 0, way.distance, -1};
+  return far.near.size() <= most_near ? scene_.edits().any_entry_crossed(Side::Light, segment, far.near) : scene_.edits().any_entry_crossed(Side::Light, segment, far.takers);
 }
 
 void ViewTracer::share_gathers() {
