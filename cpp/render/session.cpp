@@ -19,6 +19,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr int short_pilot = 1 << 15;  // paths that find what matters in most scenes; a longer pilot has no more than a pass
+
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 // Names of the layers, which are the names of their passes.
@@ -72,7 +74,7 @@ void Session::launch(RenderSettings settings, Compile compile) {
     settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
     TransportSettings& t = settings_.transport;  // whatever a file says: these bounds keep every index and radius meaningful
     t.photons = std::clamp(t.photons, 1, 1 << 28);
-    t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
+    t.pilot_paths = std::clamp(std::min(t.pilot_paths, std::max(t.photons, short_pilot)), 1 << 10, 1 << 24);
     t.max_depth = std::clamp(t.max_depth, 1, 250);
     const auto bound = [](float& x, float least, float otherwise) { x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise; };
     bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
@@ -149,31 +151,39 @@ void Session::render_scene(const Scene& scene) {
   const Effects effects = find_effects(scene, transport);
   start_rendering(scene, effects);
   Guide guide = make_guide(scene, transport, effects, pool, cancel_);
-  if (transport.use_adaptive_sampling) guide.samples = place_samples({scene, transport, effects, guide, 0}, pool, cancel_);
-  {
-    const std::lock_guard lock(lock_);
-    statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_);
-    statistics_.guide_hash = guide.hash();
-    statistics_.radius = {guide.radius, guide.caustic_radius};
-  }
   PhotonPass photon_pass(scene, transport, effects, pool.size());
   ViewPass view_pass(scene, transport, effects, pool.size());
   PhotonSet photons;
+  Counts counts;
+  double photon_seconds = 0;
+  const auto trace_photons = [&](int pass) {
+    const Clock::time_point begin = Clock::now();
+    counts = {};
+    const bool is_done = !effects.photons() || photon_pass.run({scene, transport, effects, guide, pass}, pool, cancel_, photons, counts);
+    photon_seconds = seconds_since(begin);
+    return is_done;
+  };
+  bool traced = trace_photons(0);  // the pilot of view samples looks at them, too
+  if (traced && transport.use_adaptive_sampling) guide.samples = place_samples({scene, transport, effects, guide, 0}, photons, pool, cancel_);
+  {
+    const std::lock_guard lock(lock_);
+    statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
+    statistics_.guide_hash = guide.hash();
+    statistics_.radius = {guide.radius, guide.caustic_radius};
+  }
   StopReason stop = StopReason::None;
   for (int pass = 0; stop == StopReason::None; ++pass) {
-    const Clock::time_point pass_begin = Clock::now();
-    const PassContext context{scene, transport, effects, guide, pass};
-    Counts counts;
-    const bool traced = !effects.photons() || photon_pass.run(context, pool, cancel_, photons, counts);
-    const double photon_seconds = seconds_since(pass_begin);
-    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film_, film_lock_, counts)) {
+    if (pass > 0) traced = trace_photons(pass);
+    const Clock::time_point view_begin = Clock::now();
+    if (!traced || !view_pass.run({scene, transport, effects, guide, pass}, photons, pool, cancel_, *film_, film_lock_, counts)) {
       stop = StopReason::Cancelled;
       break;
     }
     const bool block_ends = (pass + 1) % passes_per_block == 0;
     if (block_ends) close_film_block();
-    record_pass(counts, photons, photon_seconds, seconds_since(pass_begin) - photon_seconds);
-    stop = should_stop(seconds_since(pass_begin));
+    const double view_seconds = seconds_since(view_begin);
+    record_pass(counts, photons, photon_seconds, view_seconds);
+    stop = should_stop(photon_seconds + view_seconds);
   }
   close_film_block();
   measure_shares(scene);

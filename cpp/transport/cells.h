@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A number for each of the cells of space that matter, in an open hash table: grows while it is filled, then is only read.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "base/math.h"
 #include "base/random.h"
+#include "base/threads.h"
 
 namespace sluice {
 
@@ -28,13 +31,20 @@ class NumberedCells {
     if (table_[i].first == none) table_[i] = {wanted, Number{0}}, ++count_;
     return table_[i].second;
   }
-  // Sets each number to change(p, number), p in the middle of the cell, where `change` may look at the old numbers.
-  template <class Change>
-  void change_all(Change&& change) {
-    auto changed = table_;
-    for (auto& [cell, value] : changed)
-      if (cell != none) value = change(middle(cell), value);
-    table_ = std::move(changed);
+  // Calls act(p) for each, p in the middle of the cell.
+  template <class Act>
+  void for_each(Act&& act) const {
+    for (const auto& [cell, value] : table_)
+      if (cell != none) act(middle(cell));
+  }
+  // Sets each number to make(p, thread), p in the middle of the cell, on the pool's threads.
+  template <class Make>
+  void fill(ThreadPool& pool, Make&& make) {
+    constexpr std::size_t run = 256;  // of the table
+    pool.parallel_for((table_.size() + run - 1) / run, [&](std::size_t part, int thread) {
+      for (auto& [cell, value] : std::span(table_).subspan(part * run, std::min(run, table_.size() - part * run)))
+        if (cell != none) value = make(middle(cell), thread);
+    });
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;

@@ -280,8 +280,9 @@ class Pilot {
     map.build(photons_, arrivals, static_cast<float>(reach / 2), pool_, cancel_);
     Disks disks;
     if (map.size() == 0) return disks;
-    std::vector<float> distance2;
-    const auto disk_at = [&](const V3d& p, float) {
+    std::vector<std::vector<float>> scratch(static_cast<std::size_t>(pool_.size()));
+    const auto disk_at = [&](const V3d& p, int thread) {
+      std::vector<float>& distance2 = scratch[static_cast<std::size_t>(thread)];
       for (const double within : {near, reach}) {  // where there are many they are close by
         distance2.clear();
         if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
@@ -293,9 +294,13 @@ class Pilot {
       return static_cast<float>(std::sqrt(*last) / parts_of_way);
     };
     for (double edge = typical; edge < widest; edge *= Disks::growth) {
-      Cells& cells = disks.levels.emplace_back(edge);
-      for (const V3d& place : places) cells.at(place);
-      cells.change_all(disk_at);
+      Cells cells(edge);
+      if (disks.levels.empty())
+        for (const V3d& place : places) cells.at(place);
+      else
+        disks.levels.back().for_each([&](const V3d& place) { cells.at(place); });  // they lie in these whole
+      cells.fill(pool_, disk_at);
+      disks.levels.push_back(std::move(cells));
     }
     return disks;
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "transport/photon_pass.h"
 #include "transport/view_path.h"
 
 namespace sluice {
@@ -14,6 +13,7 @@ constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; alon
 constexpr double cost_without_lights = 4.5;  // of a view sample, against that of asking one light
 constexpr double most_light_samples = 4;
 constexpr std::uint32_t pilot_light_samples = 2;
+constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
 constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
 
 // What pairs of samples in one block say, summed up.
@@ -22,7 +22,11 @@ struct Block {
   V3d lights{0};             // of that what comes by the samples of lights
   V3d emission{0}, emission2{0};  // that is seen, and its square
   double pairs = 0;
-  void operator+=(const Block& o) { mean += o.mean, variance += o.variance, lights += o.lights, emission += o.emission, emission2 += o.emission2, pairs += o.pairs; }
+  void operator+=(const Block& o) { add(o, 1); }
+  void add(const Block& o, double weight) {
+    mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight;
+    emission += o.emission * weight, emission2 += o.emission2 * weight, pairs += o.pairs * weight;
+  }
 
   // Against the mean, with so many light samples. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of
   // those pixels: there what differs between pixels counts too.
@@ -83,14 +87,14 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   }
 }
 
-// Four differences are too few to trust: each block speaks for its neighbours too.
+// Four differences are too few to trust: each block's neighbours speak for it too, but more softly, as noise changes at edges.
 std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width, std::size_t height) {
   std::vector<Block> out;
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       Block sum;
       for (std::size_t v = y - (y > 0); v <= std::min(y + 1, height - 1); ++v)
-        for (std::size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u) sum += blocks[v * width + u];
+        for (std::size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u) sum.add(blocks[v * width + u], (u == x ? own_voice : 1) * (v == y ? own_voice : 1));
       out.push_back(sum);
     }
   return out;
@@ -98,15 +102,10 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
 
 }  // namespace
 
-SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::atomic<bool>& cancel) {
+SampleMap place_samples(const PassContext& first, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel) {
   TransportSettings settings = first.settings;
   settings.seed = key_of(settings.seed, PilotPurpose::Samples);  // none of these samples is in the picture
-  const PassContext context{first.scene, settings, first.effects, first.guide, 0};
-  PhotonSet photons;
-  Counts unused;
-  PhotonPass photon_pass(context.scene, settings, context.effects, pool.size());
-  if (context.effects.photons() && !photon_pass.run(context, pool, cancel, photons, unused)) return {};
-
+  const PassContext context{first.scene, settings, first.effects, first.guide, first.pass};
   const FrameDescription& frame = context.scene.frame();
   const int side = std::max(least_side, (std::max(frame.width, frame.height) + most_blocks - 1) / most_blocks);
   const auto blocks_of = [side](int pixels) { return static_cast<std::size_t>((pixels + side - 1) / side); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The pilot of view samples: half a pass that finds out where noise is.
+// The pilot of view samples: the second half of a pass, less dense, that finds out where noise is.
 #pragma once
 #include <atomic>
 
@@ -8,7 +8,9 @@
 
 namespace sluice {
 
-// Looks at the full frame, also under a border. `first`: of the first pass. Cancelled: one sample everywhere.
-[[nodiscard]] SampleMap place_samples(const PassContext& first, ThreadPool& pool, const std::atomic<bool>& cancel);
+// Looks at the full frame, also under a border. `first`, `photons`: of the first pass. (That its samples are placed by what its own photons
+// show is no bias: whatever these are, the mean of a pixel's samples has the same expectation for any number of them.) Cancelled: one
+// sample everywhere.
+[[nodiscard]] SampleMap place_samples(const PassContext& first, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel);
 
 }  // namespace sluice
