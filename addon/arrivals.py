@@ -5,7 +5,7 @@ A short session of its own with an entry that takes nothing (no path has two lam
 import bpy
 import numpy as np
 
-from . import compat, core, export, final, operators, places, statistics, words
+from . import compat, core, export, final, kinds, operators, places, statistics, words
 from .edit_panels import language
 from .export.names import Names
 from .export.settings import export_settings
@@ -127,6 +127,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         def draw(menu, _context):
             for expression, share in arrivals:
                 row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
+                row.name = kinds.title(expression)
                 row.expression, row.action, row.size = expression, 'MOVE', size  # else Blender takes those of last time
 
         context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')

@@ -2,6 +2,8 @@
 """Kinds of light by plain names, each with the expression that takes it. What menus offer. No bpy."""
 from collections import namedtuple
 
+from . import names
+
 Kind = namedtuple("Kind", "label expression description icon")  # {} in an expression: the name of an object
 
 ARRIVING = (
@@ -21,3 +23,12 @@ SEEN = (
     Kind("All Reflections", "S+E", "What is seen in mirrors and through glass", 'MOD_MIRROR'),
 )
 GROUPS = (ARRIVING, NAMED, SEEN)
+
+
+def title(expression):
+    """What an edit that takes this may be called: a kind's plain name, or by the last thing named."""
+    for kind in ARRIVING:
+        if kind.expression == expression:
+            return kind.label
+    event, name = names.last_in(expression)
+    return f"Light {'from' if event == 'L' else 'by'} {name}" if name else "Light Edit"

@@ -21,6 +21,12 @@ def names_in(text):
     return {name for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])}
 
 
+def last_in(text):
+    """(event, name) of the last name that an expression uses; ("", "") if it uses none."""
+    found = [(symbol["kind"], name) for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])]
+    return found[-1] if found else ("", "")
+
+
 def renamed(text, changes):
     """The expression with each name that `changes` holds exchanged for those it says: {'Egg': ['Ball']}. Others stay as written."""
     def exchange(symbol):

@@ -139,6 +139,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     expression: StringProperty(name="Expression", description="Which light the entry captures", default="LS+", maxlen=1024)
+    name: StringProperty(name="Name", description="What the entry is called", default="Light Edit", maxlen=50)
     action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='MOVE')
     size: FloatProperty(name="Size", description="Side of the entry where no faces are selected; 0: by its distance from the eye",
                         subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
@@ -151,7 +152,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
         matrix, on_faces = places.find(context, self.size)
         if context.mode != 'OBJECT':
             bpy.ops.object.mode_set(mode='OBJECT')
-        entry = new_empty(context, "Light Edit", matrix, 'ENTRY')
+        entry = new_empty(context, self.name, matrix, 'ENTRY')
         entry.sluice.expression = self.expression
         if self.action == 'COPY' and not on_faces:  # the cursor is where the entry lies
             self._stay(context, entry)
@@ -164,6 +165,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
     def draw(self, _context):
         layout = self.layout
         layout.use_property_split = True
+        layout.prop(self, "name")
         layout.prop(self, "expression")
         layout.prop(self, "action")
         layout.prop(self, "size")
@@ -312,7 +314,7 @@ class _KindsMenu:
     def draw(self, _context):
         for kind in kinds.ARRIVING:
             row = self.layout.operator("sluice.add_edit", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT'))
-            row.expression, row.action = kind.expression, self.action
+            row.name, row.expression, row.action = kind.label, kind.expression, self.action
 
 
 _kinds_menus = [type(f"SLUICE_MT_{name.lower()}_light", (_KindsMenu, bpy.types.Menu), {"bl_label": label, "action": name})

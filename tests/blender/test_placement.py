@@ -55,6 +55,15 @@ def test_at_the_cursor():
     assert abs((exit_.matrix_world.translation - entry.matrix_world.translation).length) > 4
 
 
+@pytest.mark.parametrize("expression, title", [("LS+", "Caustic"), ("L'World'", "Light from World"), ("L'Lamp'D*S'Egg'+", "Light by Egg"),
+                                               ("L.*D'Wall,Red \\'A\\''", "Light by Red 'A'"), ("L.*D.S", "Light Edit")])  # fmt: skip
+def test_called_by_what_it_takes(expression, title):
+    from sluice import kinds
+    assert kinds.title(expression) == title
+    bpy.ops.sluice.add_edit(expression=expression, name=title)
+    assert (bpy.context.object.name, bpy.context.object.sluice.entry.name) == (f"{title} Exit", title)
+
+
 def test_on_selected_faces(new_object, cube_mesh):
     item = new_object("Cube", cube_mesh(), Matrix.Translation((5, 0, 0)) @ Matrix.Diagonal((1, 2, 3, 1)))
     bpy.context.view_layer.objects.active = item

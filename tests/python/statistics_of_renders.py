@@ -30,8 +30,8 @@ def assert_mean(samples, expected, bias=0.0, finest=0.02):
     assert abs(mean - expected) <= half_width + (bias + 1e-6) * abs(expected), f"{mean} ± {half_width}, expected {expected} within {bias:.2%}"
 
 
-def assert_same_mean(a, b, finest=0.02):
-    """Welch: two sets of independent samples have one mean."""
+def assert_same_mean(a, b, finest=0.02, bias=0.0):
+    """Welch: two sets of independent samples have one mean, within a bias known beforehand (relative)."""
     a, b = np.asarray(a, float), np.asarray(b, float)
     va, vb = a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)
     error, difference, size = math.sqrt(va + vb), a.mean() - b.mean(), max(abs(a.mean()), abs(b.mean()))
@@ -41,7 +41,7 @@ def assert_same_mean(a, b, finest=0.02):
     freedom = (va + vb) ** 2 / (va**2 / (len(a) - 1) + vb**2 / (len(b) - 1))
     half_width = student_quantile(FALSE_ALARM, freedom) * error
     assert half_width <= finest * size, f"too noisy to tell: {half_width / size:.2%} of the mean"
-    assert abs(difference) <= half_width, f"{a.mean()} and {b.mean()} differ by more than {half_width}"
+    assert abs(difference) <= half_width + bias * size, f"{a.mean()} and {b.mean()} differ by more than {half_width} + {bias:.2%}"
 
 
 def blocks(picture, width):

@@ -79,7 +79,8 @@ def test_white_greys_and_black_tint_nothing():
 
 
 def test_light_is_coloured_alike_before_and_behind_a_grey_floor():
-    """Photons go forward through the gate of the first, view paths backward through that of the second."""
+    """Photons go forward through the gate of the first, view paths backward through that of the second. Disks blur what photons tell: over
+    24 seeds it is 0.26 % less after four passes and 0.13 % after 32, as radii shrink."""
     color = np.array((1.0, 0.45, 0.2))
     means = []
     for expression in ("L", "LD"):
@@ -91,4 +92,4 @@ def test_light_is_coloured_alike_before_and_behind_a_grey_floor():
     for picture in means:
         total = picture.mean((0, 1, 2))
         np.testing.assert_allclose(total / (LUMINANCE @ total), want / (LUMINANCE @ want), rtol=2e-4)
-    assert_same_mean(*(picture.mean((1, 2)) @ LUMINANCE for picture in means))
+    assert_same_mean(*(picture.mean((1, 2)) @ LUMINANCE for picture in means), bias=0.003)

@@ -110,6 +110,7 @@ def here_steps(middle):
     yield "edited_here", 0.5
     added = bpy.context.object.sluice  # moved, though the last one was dimmed; the box's light comes from the world above all
     assert len(edits()) == 4 and added.intensity == 1 and added.entry.sluice.expression == "L'World'"
+    assert added.entry.name == "Light from World"
     undo()
     yield None, 0.5
     assert len(edits()) == 2
