@@ -31,4 +31,4 @@ def title(expression):
         if kind.expression == expression:
             return kind.label
     event, name = names.last_in(expression)
-    return f"Light {'from' if event == 'L' else 'by'} {name}" if name else "Light Edit"
+    return f"Light {'from' if event == 'L' else 'by'} {name}" if name and not set("!^") & set(expression) else "Light Edit"

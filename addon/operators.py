@@ -139,7 +139,7 @@ class SLUICE_OT_add_edit(_Change, bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     expression: StringProperty(name="Expression", description="Which light the entry captures", default="LS+", maxlen=1024)
-    name: StringProperty(name="Name", description="What the entry is called", default="Light Edit", maxlen=50)
+    name: StringProperty(name="Name", description="What the entry is called", default="Light Edit", options={'SKIP_SAVE'})
     action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='MOVE')
     size: FloatProperty(name="Size", description="Side of the entry where no faces are selected; 0: by its distance from the eye",
                         subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)

@@ -110,12 +110,12 @@ class Edits {
   // Entries alone, where no gate can be met backward.
   void entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
   [[nodiscard]] bool any_entry_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return entries_[index(side)].any(segment, members); }
-  // Those that touch a cone round the segment, by numbers, and the question to these alone (quad_set.h). `out` as above.
-  void entries_in_cone(Side side, const Segment& segment, double radius, EditSet members, std::vector<std::uint32_t>& out) const {
+  // Those in a cone round the segment, by numbers, and the question to these alone (quad_set.h). `out`: cleared first.
+  [[nodiscard]] bool entries_in_cone(Side side, const Segment& segment, double radius, EditSet members, std::size_t most, std::vector<std::uint32_t>& out) const {
     out.clear();
-    entries_[index(side)].in_cone(segment, radius, members, out);
+    return entries_[index(side)].in_cone(segment, radius, members, most, out);
   }
-  [[nodiscard]] bool any_entry_crossed(Side side, const Segment& segment, std::span<const std::uint32_t> numbers) const noexcept { return entries_[index(side)].any_of(numbers, segment); }
+  [[nodiscard]] bool any_of_entries_crossed(Side side, const Segment& segment, std::span<const std::uint32_t> numbers) const noexcept { return entries_[index(side)].any_of(numbers, segment); }
   [[nodiscard]] bool has_exits(Side side) const noexcept { return !exits_[index(side)].empty(); }
   [[nodiscard]] bool any_exit_crossed(Side side, const Segment& segment, EditSet members) const noexcept { return exits_[index(side)].any(segment, members); }
   [[nodiscard]] bool is_crossed(const QuadId& id, const Segment& segment) const noexcept;

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t loop_size = 2;   // so few are tested as fast without spheres
 constexpr std::size_t leaf_size = 16;  // under a box
 constexpr double widening = 0x1p-19;   // of boxes and spheres, relative to that of all: more than floats round away between a ray and a box
+constexpr double no_cone = -1;
 constexpr float rounding = 0x1p-19f;   // of the squared distance between a ray and a middle, relative to that of the ray's origin
 
 // No members at all: every edit is meant.
@@ -160,23 +161,24 @@ void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Fo
   found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
 }
 
-// A ray relative to the middle of all quads, in floats, and a cone round it.
-struct QuadSet::Ray {
-  float origin[3], direction[3];
-  float radius = 0, slope = 0;  // of the cone, at the origin; by which it loses radius
+// A ray relative to the middle of all quads, or a cone round it, in floats.
+struct QuadSet::Probe {
+  float origin[3], direction[3], per_length2;  // 1 / |direction|²: a direction in floats is a unit one only nearly
+  float radius = 0, slope = 0;                 // of the cone, at the origin; by which it loses radius
   float inverse[3], from_enter[3], from_leave[3];  // these are for boxes alone
   std::size_t enter[3], leave[3];                  // by which of a box's bounds
 
-  Ray(const V3d& from, const V3d& towards) noexcept {
+  Probe(const V3d& from, const V3d& towards) noexcept : per_length2(static_cast<float>(1 / towards.length2())) {
     for (int axis = 0; axis < 3; ++axis) origin[axis] = static_cast<float>(from[axis]), direction[axis] = static_cast<float>(towards[axis]);
   }
-  // To the cone of the segment that begins `start` before the origin. Lines in it meet a quad up to the cone's own radius further along
-  // than the axis has come by then, so the radius is taken from there.
+  // To the cone of segments with one end, of which one is this; it began `start` before the origin. A point p of another lies within
+  // slope · (length - along(p)) of the axis, slope = k / (1 - k), k = first_radius / length, and along(p) >= along(centre) - radius for a
+  // sphere that holds it. A cone as wide as it is long is taken for a cylinder.
   void widen(double first_radius, double length, double start) noexcept {
-    const double steep = first_radius / length, less = 1 / (1 - steep);
-    const bool is_slender = steep < 0.5;
-    slope = is_slender ? static_cast<float>(steep * less) : 0;
-    radius = static_cast<float>(first_radius * (is_slender ? less : 1) - start * static_cast<double>(slope)) * (1 + rounding);
+    const double k = first_radius / length;
+    slope = k < 0.5 ? static_cast<float>(k / (1 - k)) : 0;
+    const double here = k < 0.5 ? static_cast<double>(slope) * (length - start) : first_radius;
+    radius = static_cast<float>(here + (first_radius + length) * static_cast<double>(rounding));
   }
   void prepare_for_boxes() noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -197,9 +199,9 @@ struct QuadSet::Ray {
       away2 = _mm256_fmadd_ps(to, to, away2);
     }
     const __m256 sphere = _mm256_load_ps(octet.radius), cone = _mm256_fmadd_ps(_mm256_sub_ps(sphere, along), _mm256_set1_ps(slope), _mm256_set1_ps(radius));
-    const __m256 near = _mm256_add_ps(sphere, _mm256_max_ps(cone, _mm256_setzero_ps()));
-    const __m256 most = _mm256_fmadd_ps(away2, _mm256_set1_ps(rounding), _mm256_mul_ps(near, near));
-    const __m256 distance2 = _mm256_fnmadd_ps(along, along, away2);
+    const __m256 reach = _mm256_add_ps(sphere, _mm256_max_ps(cone, _mm256_setzero_ps()));
+    const __m256 most = _mm256_fmadd_ps(away2, _mm256_set1_ps(rounding), _mm256_mul_ps(reach, reach));
+    const __m256 distance2 = _mm256_fnmadd_ps(_mm256_mul_ps(along, _mm256_set1_ps(per_length2)), along, away2);
     const auto met = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(distance2, most, _CMP_NGT_UQ)));
 #else
     unsigned met = 0;
@@ -209,8 +211,8 @@ struct QuadSet::Ray {
         const float to = octet.centre[axis][c] - origin[axis];
         along += to * direction[axis], away2 += to * to;
       }
-      const float near = octet.radius[c] + std::max((octet.radius[c] - along) * slope + radius, 0.0f);
-      met |= (away2 - along * along > near * near + away2 * rounding ? 0u : 1u) << c;
+      const float reach = octet.radius[c] + std::max((octet.radius[c] - along) * slope + radius, 0.0f);
+      met |= (away2 - along * per_length2 * along > reach * reach + away2 * rounding ? 0u : 1u) << c;
     }
 #endif
     return met & ((1u << octet.count) - 1);
@@ -253,28 +255,28 @@ void QuadSet::visit(const Segment& segment, double radius, const double& t_max, 
   if (root_ >= 0) {  // from where it enters the box of all, so that floats are as exact as that box is small
     double end = t_max;
     for (int axis = 0; axis < 3; ++axis) {
-      const double inverse = 1 / segment.direction[axis], half = std::copysign(half_[axis] + radius, inverse), near = (-half - from[axis]) * inverse, far = (half - from[axis]) * inverse;
+      const double inverse = 1 / segment.direction[axis], half = std::copysign(half_[axis] + std::max(radius, 0.0), inverse), near = (-half - from[axis]) * inverse, far = (half - from[axis]) * inverse;
       start = near > start ? near : start;
       end = far < end ? far : end;
     }
     if (!(start <= end)) return;
     from += start * segment.direction;
   }
-  Ray ray(from, segment.direction);
-  if (radius > 0) ray.widen(radius, segment.t_max, start);
-  if (root_ >= 0) ray.prepare_for_boxes();
+  Probe probe(from, segment.direction);
+  if (radius >= 0) probe.widen(radius, segment.t_max, start);
+  if (root_ >= 0) probe.prepare_for_boxes();
   std::int32_t stack[width * 12];  // 8^12 quads
   std::size_t open = 0;
   stack[open++] = root_;
-  while (open > 0) {
+  while (open > 0 && t_max > segment.t_min) {
     const std::int32_t next = stack[--open];
     if (next >= 0) {
       const Node& node = nodes_[static_cast<std::size_t>(next)];
-      for (unsigned met = ray.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) stack[open++] = node.child[std::countr_zero(met)];
+      for (unsigned met = probe.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) stack[open++] = node.child[std::countr_zero(met)];
     } else {
       for (const Octet* octet = &octets_[static_cast<std::size_t>(~next)];; ++octet) {
-        for (unsigned met = ray.meets(*octet); met; met &= met - 1) act(octet->first + static_cast<std::size_t>(std::countr_zero(met)));
-        if (octet->ends_leaf) break;
+        for (unsigned met = probe.meets(*octet); met; met &= met - 1) act(octet->first + static_cast<std::size_t>(std::countr_zero(met)));
+        if (octet->ends_leaf || !(t_max > segment.t_min)) break;
       }
     }
   }
@@ -282,7 +284,7 @@ void QuadSet::visit(const Segment& segment, double radius, const double& t_max, 
 
 template <class Found>
 void QuadSet::search(const Segment& segment, double& t_max, const Found& found) const noexcept {
-  visit(segment, 0, t_max, [&](std::size_t i) { test(segment, t_max, i, found); });
+  visit(segment, no_cone, t_max, [&](std::size_t i) { test(segment, t_max, i, found); });
 }
 
 Crossing QuadSet::first(const Segment& segment, EditSet members) const noexcept {
@@ -310,10 +312,14 @@ bool QuadSet::any(const Segment& segment, EditSet members) const noexcept {
   return hit;
 }
 
-void QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::vector<std::uint32_t>& out) const {
-  visit(segment, radius, segment.t_max, [&](std::size_t i) {
-    if (is_member(members, id_[i].edit)) out.push_back(static_cast<std::uint32_t>(i));
+bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::size_t most, std::vector<std::uint32_t>& out) const {
+  double t_max = segment.t_max;
+  visit(segment, radius, t_max, [&](std::size_t i) {
+    if (!is_member(members, id_[i].edit)) return;
+    out.push_back(static_cast<std::uint32_t>(i));
+    if (out.size() > most) t_max = -std::numeric_limits<double>::infinity();  // ends the search
   });
+  return out.size() <= most;
 }
 
 bool QuadSet::any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept {

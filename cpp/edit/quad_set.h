@@ -48,9 +48,9 @@ class QuadSet {
   // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;
   [[nodiscard]] bool any(const Segment& segment, EditSet members = {}) const noexcept;
-  // Numbers, appended, of the quads that touch the cone round the segment that is `radius` (m) wide at its origin and comes to a point at
-  // t_max, and of some that do not.
-  void in_cone(const Segment& segment, double radius, EditSet members, std::vector<std::uint32_t>& out) const;
+  // Numbers, appended, of the quads that any segment may cross which begins within `radius` (m) of this one's origin and ends where it ends
+  // (and of some that none can). False: more than `most`; then they are not all there.
+  [[nodiscard]] bool in_cone(const Segment& segment, double radius, EditSet members, std::size_t most, std::vector<std::uint32_t>& out) const;
   [[nodiscard]] bool any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept;
   // Appends all crossings, in no order.
   void all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
@@ -67,8 +67,8 @@ class QuadSet {
     alignas(32) float bounds[6][width];  // of the children's boxes: least x, y, z, greatest x, y, z
     std::int32_t child[width];           // a node, or ~the first octet of a leaf
   };
-  struct Ray;
-  // Calls act(index) for quads that may touch the segment, or such a cone round it; t_max may shrink meanwhile.
+  struct Probe;
+  // Calls act(index) for quads that may touch the segment, or the cone round it that begins with `radius`; t_max may shrink meanwhile.
   template <class Act>
   void visit(const Segment& segment, double radius, const double& t_max, const Act& act) const;
   // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.

@@ -19,8 +19,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int short_pilot = 1 << 15;  // paths that find what matters in most scenes; a longer pilot has no more than a pass
-
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 // Names of the layers, which are the names of their passes.
@@ -74,12 +72,13 @@ void Session::launch(RenderSettings settings, Compile compile) {
     settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
     TransportSettings& t = settings_.transport;  // whatever a file says: these bounds keep every index and radius meaningful
     t.photons = std::clamp(t.photons, 1, 1 << 28);
-    t.pilot_paths = std::clamp(std::min(t.pilot_paths, std::max(t.photons, short_pilot)), 1 << 10, 1 << 24);
+    t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
     t.max_depth = std::clamp(t.max_depth, 1, 250);
     const auto bound = [](float& x, float least, float otherwise) { x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise; };
     bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
     bound(t.caustic_radius_range, 1, TransportSettings().caustic_radius_range);
     bound(t.soft_range, 1, TransportSettings().soft_range);
+    t.pilot_paths = std::min(t.pilot_paths, std::max(t.photons, TransportSettings::short_pilot));
     if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
     progress_.passes = settings_.passes;
@@ -154,28 +153,16 @@ void Session::render_scene(const Scene& scene) {
   PhotonPass photon_pass(scene, transport, effects, pool.size());
   ViewPass view_pass(scene, transport, effects, pool.size());
   PhotonSet photons;
-  Counts counts;
-  double photon_seconds = 0;
-  const auto trace_photons = [&](int pass) {
-    const Clock::time_point begin = Clock::now();
-    counts = {};
-    const bool is_done = !effects.photons() || photon_pass.run({scene, transport, effects, guide, pass}, pool, cancel_, photons, counts);
-    photon_seconds = seconds_since(begin);
-    return is_done;
-  };
-  bool traced = trace_photons(0);  // the pilot of view samples looks at them, too
-  if (traced && transport.use_adaptive_sampling) guide.samples = place_samples({scene, transport, effects, guide, 0}, photons, pool, cancel_);
-  {
-    const std::lock_guard lock(lock_);
-    statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
-    statistics_.guide_hash = guide.hash();
-    statistics_.radius = {guide.radius, guide.caustic_radius};
-  }
   StopReason stop = StopReason::None;
   for (int pass = 0; stop == StopReason::None; ++pass) {
-    if (pass > 0) traced = trace_photons(pass);
+    const PassContext context{scene, transport, effects, guide, pass};
+    Counts counts;
+    const Clock::time_point photons_begin = Clock::now();
+    const bool traced = !effects.photons() || photon_pass.run(context, pool, cancel_, photons, counts);
+    const double photon_seconds = seconds_since(photons_begin);
+    if (traced && pass == 0) finish_guide(guide, context, photons, pool, photon_seconds);
     const Clock::time_point view_begin = Clock::now();
-    if (!traced || !view_pass.run({scene, transport, effects, guide, pass}, photons, pool, cancel_, *film_, film_lock_, counts)) {
+    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film_, film_lock_, counts)) {
       stop = StopReason::Cancelled;
       break;
     }
@@ -189,6 +176,15 @@ void Session::render_scene(const Scene& scene) {
   measure_shares(scene);
   if (settings_.explain_edits && stop != StopReason::Cancelled) explain_edits(scene, effects);
   finish(stop == StopReason::Cancelled ? State::Cancelled : State::Finished, stop);
+}
+
+// Between the halves of the first pass: where view samples go is found out with its photons.
+void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool, double photon_seconds) {
+  if (first.settings.use_adaptive_sampling) guide.samples = place_samples(first, photons, pool, cancel_);
+  const std::lock_guard lock(lock_);
+  statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
+  statistics_.guide_hash = guide.hash();
+  statistics_.radius = {guide.radius, guide.caustic_radius};
 }
 
 void Session::explain_edits(const Scene& scene, const Effects& effects) {

@@ -105,6 +105,7 @@ class Session {
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
+  void finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool, double photon_seconds);
   void explain_edits(const Scene& scene, const Effects& effects);
   void measure_shares(const Scene& scene);
   void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);

@@ -93,10 +93,11 @@ struct FarEnd {
   std::array<Outgoing, Arms::most> light;  // by arm: of photons, and straight light where y looks the same from all sides
   std::vector<StateId> arrived;            // of all light, at y, where edits ask
   bool may_be_taken = false;               // by a light edit, on its way to v
-  bool asked_takers = false;               // what follows is known
+  bool knows_takers = false;               // what follows
   std::vector<StateId> states;             // of the light, behind y
-  std::vector<std::uint64_t> takers;       // light edits that would take some of it
-  std::vector<std::uint32_t> near;         // numbers of their entries, as far as they may lie on a way to the bundle
+  std::vector<std::uint64_t> takers;       // light edits that would take some of it; empty: none on any way
+  std::vector<std::uint32_t> near_entries; // of theirs, those that may lie on a way to the bundle, by numbers
+  bool has_all_near = false;               // they were few enough to be listed
 };
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }

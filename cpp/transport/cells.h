@@ -39,7 +39,7 @@ class NumberedCells {
   }
   // Sets each number to make(p, thread), p in the middle of the cell, on the pool's threads.
   template <class Make>
-  void fill(ThreadPool& pool, Make&& make) {
+  void set_all(ThreadPool& pool, Make&& make) {
     constexpr std::size_t run = 256;  // of the table
     pool.parallel_for((table_.size() + run - 1) / run, [&](std::size_t part, int thread) {
       for (auto& [cell, value] : std::span(table_).subspan(part * run, std::min(run, table_.size() - part * run)))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where photons are sent (design §5): fixed before the first pass, the same for every process that renders the scene. Made by a pilot
-// (pilot.h); none of the pilot's photons is in the image. A guide changes noise, never what an image converges to.
+// (pilot.h); none of the pilot's photons is in the image. A guide changes noise, never what an image converges to. Where view samples go is
+// found out last, with the photons of the first pass (sample_pilot.h).
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -52,7 +52,7 @@ struct PhotonSet {
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };
 
-// All that a pass reads; immutable while it runs.
+// All that a pass reads; immutable while one of its halves runs.
 struct PassContext {
   const Scene& scene;
   const TransportSettings& settings;

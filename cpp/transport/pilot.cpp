@@ -299,7 +299,7 @@ class Pilot {
         for (const V3d& place : places) cells.at(place);
       else
         disks.levels.back().for_each([&](const V3d& place) { cells.at(place); });  // they lie in these whole
-      cells.fill(pool_, disk_at);
+      cells.set_all(pool_, disk_at);
       disks.levels.push_back(std::move(cells));
     }
     return disks;

@@ -9,7 +9,8 @@ namespace sluice {
 struct TransportSettings {
   std::uint64_t seed = 0;     // already mixed with the frame when use_animated_seed
   int photons = 65536;        // paths emitted per pass
-  int pilot_paths = 1 << 16;  // of the guide; fewer in previews
+  int pilot_paths = 1 << 16;  // of the guide; fewer in previews, and no more than a pass has photons if it is longer than a short one
+  static constexpr int short_pilot = 1 << 15;  // it finds what matters in most scenes
   int max_depth = 12;         // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;

@@ -10,14 +10,13 @@ struct Vertex {
   Hit hit;
   SurfacePoint point;
   Bsdf bsdf;
-  float pass_chance;
+  float pass_chance = 0;  // that a path passes straight through what is transparent here (alpha; no event, design §3)
 };
 
 [[nodiscard]] inline float average(const Color& c) noexcept { return (c.x + c.y + c.z) * (1.0f / 3); }
 
-// The chance that a path passes straight through what is transparent at the vertex (alpha; no event, design §3). 1 if there is
-// nothing else; decided on averages, never on one colour channel.
-[[nodiscard]] inline float pass_chance(const Bsdf& bsdf) noexcept {
+// 1 if there is nothing but what is transparent; decided on averages, never on one colour channel.
+[[nodiscard]] inline float chance_to_pass(const Bsdf& bsdf) noexcept {
   if (bsdf.count == 0 && is_black(bsdf.emission)) return is_black(bsdf.transparency) ? 0.0f : 1.0f;
   return std::clamp(average(bsdf.transparency), 0.0f, 0.95f);
 }
@@ -30,7 +29,7 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   scene.surface_point(hit, wo, camera_ray, vertex.point);
   vertex.point.photon = carries == Carries::Flux;
   shade(scene.material(hit), vertex.point, vertex.bsdf);
-  vertex.pass_chance = pass_chance(vertex.bsdf);
+  vertex.pass_chance = chance_to_pass(vertex.bsdf);
 }
 
 // The side from which light can matter at the vertex, for the choice of lights: ng, or 0 where some lobe lets light through.

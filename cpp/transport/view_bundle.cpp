@@ -78,7 +78,7 @@ void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& s
     arm.far = &far, arm.index = i++;
   }
   far.arrived.clear();
-  far.may_be_taken = effects_.light_edits && scene_.may_be_taken_from(far.y.hit), far.asked_takers = false;
+  far.may_be_taken = effects_.light_edits && scene_.may_be_taken_from(far.y.hit), far.knows_takers = false;
 }
 
 // Light in state q arrives at y.
@@ -90,8 +90,8 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
 // finder's.
 void ViewTracer::find_takers(Seer& finder) {
   FarEnd& far = finder.far;
-  if (std::exchange(far.asked_takers, true)) return;
-  far.states.clear(), far.takers.clear(), far.near.clear();
+  if (std::exchange(far.knows_takers, true)) return;
+  far.states.clear(), far.takers.clear(), far.near_entries.clear();
   for (const StateId q : far.arrived)
     for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
       const StateId behind = states_.next(q, scene_.event_class(e, far.y.hit));
@@ -109,12 +109,13 @@ void ViewTracer::find_takers(Seer& finder) {
   for (const Seer& other : std::span(seers_).first(seer_count_))
     if (other.word == finder.word) radius2 = std::max(radius2, (other.v.hit.position - finder.v.hit.position).length2());
   ++counts.edit_queries;
-  scene_.edits().entries_in_cone(Side::Light, {finder.v.hit.position, axis.normalized(), 0, axis.length(), -1}, std::sqrt(radius2), far.takers, far.near);
+  const Segment segment{finder.v.hit.position, axis.normalized(), 0, axis.length(), -1};
+  far.has_all_near = scene_.edits().entries_in_cone(Side::Light, segment, std::sqrt(radius2), far.takers, most_near, far.near_entries);
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
 inline bool ViewTracer::is_taken(const Connection& way, Seer& finder) {
-  return (joins_.is_constrained(way.to->joins) || finder.far.may_be_taken) && ask_entries(way, finder);  // hardly ever: apart, so that it costs no call
+  return (joins_.is_constrained(way.to->joins) || finder.far.may_be_taken) && ask_entries(way, finder);  // seldom: apart, so that it costs no call
 }
 bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
   find_takers(finder);
@@ -128,10 +129,11 @@ bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
     });
     if (!arrives) return true;
   }
-  if (far.near.empty()) return false;
+  if (far.near_entries.empty()) return false;
   ++counts.edit_queries;
   const Segment segment{seer.v.hit.position, V3d(way.wi), 0, way.distance, -1};
-  return far.near.size() <= most_near ? scene_.edits().any_entry_crossed(Side::Light, segment, far.near) : scene_.edits().any_entry_crossed(Side::Light, segment, far.takers);
+  const Edits& edits = scene_.edits();
+  return far.has_all_near ? edits.any_of_entries_crossed(Side::Light, segment, far.near_entries) : edits.any_entry_crossed(Side::Light, segment, far.takers);
 }
 
 void ViewTracer::share_gathers() {

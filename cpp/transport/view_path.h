@@ -218,7 +218,7 @@ class ViewTracer {
     run.is_plain = run.sums && !asks_state(joins) && states_.gates(state_of_[run.q]) == 0;
     if (!run.is_plain) join_run(run, joins);
   }
-  void join_run(PhotonRun& run, int joins) noexcept;
+  void join_run(PhotonRun& run, int joins) noexcept;  // asks C what becomes of them
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
   [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
   [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.event_class(e, vertex.hit)); }

@@ -56,7 +56,7 @@ def test_at_the_cursor():
 
 
 @pytest.mark.parametrize("expression, title", [("LS+", "Caustic"), ("L'World'", "Light from World"), ("L'Lamp'D*S'Egg'+", "Light by Egg"),
-                                               ("L.*D'Wall,Red \\'A\\''", "Light by Red 'A'"), ("L.*D.S", "Light Edit")])  # fmt: skip
+                                               ("L.*D'Wall,Red \\'A\\''", "Light by Red 'A'"), ("L.*D.S", "Light Edit"), ("L.*!D'Wall'", "Light Edit"), ("L'\u043b\u0430\u043c\u043f\u0430'", "Light from \u043b\u0430\u043c\u043f\u0430")])  # fmt: skip
 def test_called_by_what_it_takes(expression, title):
     from sluice import kinds
     assert kinds.title(expression) == title

@@ -258,7 +258,7 @@ TEST(QuadSet, SpheresAndBoxesLoseNothing) {
       V3d d = to_double(to_float(random_direction(random)));
       if (k % 5 == 0) d[k / 5 % 3] = 0;
       if (k % 50 == 0) d = k % 100 ? V3d(1, 0, 0) : V3d(0, 0, -1);
-      d.normalize();
+      d *= uniform(random, 1 - 3e-6, 1 + 3e-6) / d.length();  // as long as many mirrors leave a direction in floats
       const double way = (k % 2 ? far : size) * uniform(random, 0, 1);
       const V3d o = p - d * way;
       const double t_min = k % 7 == 0 ? -infinity : 0, t_max = k % 4 == 0 ? way : infinity;
@@ -274,13 +274,14 @@ TEST(QuadSet, SpheresAndBoxesLoseNothing) {
   EXPECT_GT(found, 100'000);
 }
 
-// Ways from round a place to one point: the quads in the cone answer for all.
+// Ways from round a place to one point: the quads in the cone answer for all. Also where all quads lie close together, far from the ways' ends.
 TEST(QuadSet, ConesLoseNothing) {
   Random random(10);
   int found = 0, spared = 0;
-  for (const int count : {2, 20, 300}) {
+  for (const auto& [count, size] : {std::pair{2, 1.0}, {20, 1.0}, {300, 1.0}, {300, 0.01}}) {
     std::vector<Quad> quads;
-    for (int i = 0; i < count; ++i) quads.push_back(*make_quad(quad("q", random_placement(random, random_direction(random)), i, std::pow(10, uniform(random, -3, -1))), V3d(0), 0));
+    for (int i = 0; i < count; ++i)
+      quads.push_back(*make_quad(quad("q", random_placement(random, random_direction(random) * size), i, size * std::pow(10, uniform(random, -3, -1))), V3d(0), 0));
     std::vector<Quad*> list;
     for (Quad& q : quads) list.push_back(&q);
     place_quads(list, 0x1p-22, 4);
@@ -288,11 +289,11 @@ TEST(QuadSet, ConesLoseNothing) {
     for (int i = 0; i < count; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
     set.build();
     for (int k = 0; k < 20'000; ++k) {
-      const V3d end = 2.0 * random_direction(random), from = random_direction(random), way = end - from;
+      const V3d end = 2.0 * random_direction(random), way = size * random_direction(random) - end, from = end + way * uniform(random, 1, 2);
       const double radius = way.length() * std::pow(10, uniform(random, -3, 0.3));
-      const Segment axis{from, way.normalized(), 0, way.length()};
+      const Segment axis{from, (end - from).normalized(), 0, (end - from).length()};
       std::vector<std::uint32_t> in_cone;
-      set.in_cone(axis, radius, {}, in_cone);
+      ASSERT_TRUE(set.in_cone(axis, radius, {}, quads.size(), in_cone));
       spared += count - static_cast<int>(in_cone.size());
       for (int side = 0; side < 8; ++side) {
         const V3d other = from + random_direction(random) * (radius * (side % 2 ? 1 : uniform(random, 0, 1))), to = end - other;
@@ -305,6 +306,23 @@ TEST(QuadSet, ConesLoseNothing) {
   }
   EXPECT_GT(found, 10'000);
   EXPECT_GT(spared, 1'000'000);
+}
+
+TEST(QuadSet, ConesStopAtTheMost) {
+  QuadSet set;
+  std::vector<Quad> quads;
+  for (int i = 0; i < 50; ++i) quads.push_back(*make_quad(quad("q", at({0, 0, 0.01 * i}), i, 1), V3d(0), 0));
+  std::vector<Quad*> list;
+  for (Quad& q : quads) list.push_back(&q);
+  place_quads(list, 0x1p-22, 4);
+  for (int i = 0; i < 50; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
+  set.build();
+  std::vector<std::uint32_t> in_cone;
+  EXPECT_FALSE(set.in_cone({V3d(0, 0, -1), V3d(0, 0, 1), 0, 2}, 0.1, {}, 8, in_cone));
+  EXPECT_LT(in_cone.size(), 20u);
+  in_cone.clear();
+  EXPECT_TRUE(set.in_cone({V3d(0, 0, -1), V3d(0, 0, 1), 0, 2}, 0.1, {}, 50, in_cone));
+  EXPECT_EQ(in_cone.size(), 50u);
 }
 
 }  // namespace
