@@ -4,8 +4,8 @@
     ./run python tests/bench/edits.py EDITS KIND PASSES
 
 EDITS entries of a centimetre, each with one exit that gives the light back in place, lie at random: what is counted is the asking, as few
-segments cross any. KIND: `none` (no path of the scene spells their expressions), `tenth` (about a tenth of all segments ask: those with
-light that comes from the panel, and those from the eye), `fine` (these edits in a larger picture: a photon a pixel and pass instead of
+segments cross any. KIND: `none` (no path of the scene spells their expressions), `tenth` (a tenth of all segments must know: those with
+light that comes from the panel, and those from the eye; somewhat fewer ask, where one question answers for many), `fine` (these edits in a larger picture: a photon a pixel and pass instead of
 seven, so that segments from the eye weigh more). Prints the share of segments that asked, the paths that were taken, and the
 seconds of the passes. ./run bench --only edits makes the table, with instructions counted by valgrind."""
 
