@@ -15,9 +15,9 @@ _POLL = 0.1
 _NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}  # nobody looks at it
 
 
-def ask(depsgraph, collections, matrix):
+def ask(depsgraph, data, matrix):
     """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
-    context = export.Context(Names(collections))
+    context = export.Context(Names(data.collections, data.objects))
     matrix = compat.matrix(matrix)
     camera = {"name": _PLACE, "kind": 'Orthographic', "matrix": matrix, "ortho_scale": 1.0, "sensor_fit": 'Horizontal',
               "sensor_width": 36.0, "sensor_height": 36.0, "clip_start": 0.0, "clip_end": 1.0, "aperture_radius": 0.0}
@@ -110,7 +110,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
 
     def _ask(self, context):
         matrix = np.array(places.find(context, self.size)[0])
-        return ask(context.evaluated_depsgraph_get(), bpy.data.collections, matrix)
+        return ask(context.evaluated_depsgraph_get(), bpy.data, matrix)
 
     def _fail(self, error):
         self.report({'ERROR'}, str(final.as_failure(error)))

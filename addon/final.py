@@ -57,7 +57,7 @@ def update(engine, data, depsgraph):
 
 def _copy_scene(engine, data, depsgraph, job):
     scene = depsgraph.scene_eval
-    context = export.Context(Names(data.collections), cancelled=engine.test_break)
+    context = export.Context(Names(data.collections, data.objects), cancelled=engine.test_break)
     job.warnings = context.warnings
     camera_object = engine.camera_override or scene.camera
     if camera_object is None:

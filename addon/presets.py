@@ -9,6 +9,7 @@ from bl_ui.utils import PresetPanel
 from bpy.props import EnumProperty, StringProperty
 
 from . import compat, kinds, names, operators
+from .export.names import local_names, own_names
 
 SUBDIR = "sluice/expression"
 
@@ -17,14 +18,15 @@ _items = []  # Blender keeps no copies of an enumeration's strings
 
 def _nouns(_self, context):
     """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh. Blender lists them by the alphabet."""
-    scene, found = context.scene, []
-    for item in sorted(scene.objects, key=lambda item: item.name):
+    scene, found, local = context.scene, [], local_names(bpy.data.objects)
+    for item in sorted(scene.objects, key=lambda item: item.name_full):
+        name = own_names(item, local)[0]
         if item.type == 'LIGHT':
-            found.append(("L", item.name, "a lamp", 'LIGHT'))
+            found.append(("L", name, "a lamp", 'LIGHT'))
         elif item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
-            found.append(("F", item.name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
+            found.append(("F", name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
         elif item.type in {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}:
-            found += [("S", item.name, "mirrored or refracted", 'OBJECT_DATA'), ("D", item.name, "scattered", 'OBJECT_DATA')]
+            found += [("S", name, "mirrored or refracted", 'OBJECT_DATA'), ("D", name, "scattered", 'OBJECT_DATA')]
     found += [("X", item.name, "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
         found.append(("L", scene.world.name, "the world", 'WORLD'))

@@ -22,7 +22,8 @@ def _export_entry(item, context):
     edit = item.sluice
     return {
         "entry": _export_quad(item), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
-        "amount": edit.amount, "feather": edit.feather, "exits": [], "collections": context.names.of(item.original)[1:],
+        "amount": edit.amount, "feather": edit.feather, "exits": [],
+        "collections": [name for name in context.names.of(item.original) if name != item.name],
     }
 
 

@@ -89,7 +89,7 @@ def export_now():
 
     def run():
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        context = export.Context(Names(bpy.data.collections))
+        context = export.Context(Names(bpy.data.collections, bpy.data.objects))
         frame = export_frame(64, 48, bpy.context.scene.render)
         return export.export_scene(depsgraph, {}, frame, context), context.warnings
 

@@ -231,7 +231,7 @@ def test_what_arrives_at_a_place(cube_mesh, new_object):
     new_object("Floor", cube_mesh(), Matrix.Translation((0, 0, -1)))
     new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), Matrix.Translation((0, 0, 2)))
     before = len(bpy.data.objects)
-    session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+    session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data, Matrix.Scale(0.5, 4))
     assert session.wait(60)
     (expression, share), = arrivals.answer(session)[0]
     assert arrivals.answer(session)[1] == ""
@@ -250,7 +250,7 @@ def test_light_that_is_taken_before_is_told(cube_mesh, new_object):
     thief = bpy.context.object
     for name, height in (("Above", 0.5), ("In the plane", 0.0)):
         thief.name, thief.location.z = name, height
-        session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+        session = arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data, Matrix.Scale(0.5, 4))
         assert session.wait(60) and arrivals.answer(session) == ([], name)
 
 
@@ -259,7 +259,7 @@ def test_the_question_comes_after_all_edits_and_costs_little(entries, fake_core)
     from mathutils import Matrix
     from sluice import arrivals
     bpy.data.objects["First Exit"].sluice.order = 1000
-    arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data.collections, Matrix.Scale(0.5, 4))
+    arrivals.ask(bpy.context.evaluated_depsgraph_get(), bpy.data, Matrix.Scale(0.5, 4))
     assert fake_core.last_description["edits"][-1]["entry"]["order"] == 1001
     settings = fake_core.last_settings
     assert settings["pilot_paths"] <= 1024 and not settings["use_adaptive_sampling"]

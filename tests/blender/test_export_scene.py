@@ -215,13 +215,13 @@ def test_settings():
 
 class _Collection:
     def __init__(self, name, objects=(), children=()):
-        self.name = self.name_full = name
+        self.name, self.name_full, self.library = name, name, None
         self.objects, self.children = objects, children
 
 
 class _Object:
     def __init__(self, name):
-        self.name = self.name_full = name
+        self.name, self.name_full, self.library = name, name, None
 
 
 def test_names_without_blender():
@@ -234,6 +234,29 @@ def test_names_without_blender():
     assert names.of(egg) == ["Egg", "Glass", "Table", "House"]
     assert names.of(floor) == ["Floor", "Table", "House"]
     assert names.of(maker) == ["Maker"] and names.of_instance(egg, maker)[-1] == "Maker"
+
+
+def test_two_of_one_name_are_told_apart(tmp_path, new_object, cube_mesh, export_now):
+    """As Blender tells them: by the library. Alone, the linked one answers to its plain name too."""
+    new_object("Egg", cube_mesh())
+    path = str(tmp_path / "shelf.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (_there, here):
+        here.objects = ["Egg"]
+    bpy.context.scene.collection.objects.link(bpy.data.objects["Egg"])
+    assert _names_of_eggs(export_now()) == [["Egg", "Egg [shelf.blend]"]]
+    new_object("Egg", cube_mesh())
+    assert _names_of_eggs(export_now()) == [["Egg"], ["Egg [shelf.blend]"]]
+    from sluice import names, presets
+    labels = [item[0] for item in presets._nouns(None, bpy.context)]
+    assert "S:Egg" in labels and "S:Egg [shelf.blend]" in labels
+    assert names.names_in("S" + names.quoted(["Egg [shelf.blend]"])) == {"Egg [shelf.blend]"}
+
+
+def _names_of_eggs(exported):
+    description, _warnings = exported
+    return sorted(instance["names"] for instance in description["instances"])
 
 
 def test_a_cancel_stops_the_copy(new_object, cube_mesh):
