@@ -109,6 +109,28 @@ def test_keyframes_reach_the_export_at_subframes(new_object, export_now):
     assert between["exits"][0]["tint"] == pytest.approx((1, 1 - between["amount"], 0.5), abs=1e-5)
 
 
+def test_quads_follow_parents_and_drivers(new_object, export_now):
+    """The parent moves by keyframes; the exit's own height and intensity follow the parent's place."""
+    entry, exit_, carrier = new_object("Entry"), new_object("Exit"), new_object("Carrier")
+    entry.sluice.role, exit_.sluice.role = 'ENTRY', 'EXIT'
+    exit_.sluice.entry, exit_.parent, entry.parent = entry, carrier, carrier
+    for frame, x in ((1, 0.0), (11, 4.0)):
+        carrier.location.x = x
+        carrier.keyframe_insert("location", index=0, frame=frame)
+    for curve in (exit_.driver_add("location", 2), exit_.driver_add("sluice.intensity")):
+        curve.driver.type = 'SUM'
+        variable = curve.driver.variables.new()
+        variable.type = 'TRANSFORMS'
+        variable.targets[0].id, variable.targets[0].transform_type = carrier, 'LOC_X'
+    for frame, x in ((1, 0.0), (6, 2.0), (11, 4.0)):
+        bpy.context.scene.frame_set(frame)
+        edit, = export_now()[0]["edits"]
+        out, = edit["exits"]
+        assert tuple(edit["entry"]["matrix"][:3, 3]) == pytest.approx((x, 0, 0), abs=1e-5)
+        assert tuple(out["quad"]["matrix"][:3, 3]) == pytest.approx((x, 0, x), abs=1e-5)
+        assert out["intensity"] == pytest.approx(x, abs=1e-5)
+
+
 def test_scene_settings_can_be_animated(export_now):
     from sluice.export.settings import export_settings
     scene = bpy.context.scene

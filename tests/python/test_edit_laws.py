@@ -231,6 +231,18 @@ def test_a_chain_moves_twice():
     assert second["energy_out"] == pytest.approx(0.6 * second["energy_in"], rel=1e-4)
 
 
+def test_a_chain_of_eight():
+    """As many gates as a path may have: each entry lies on the exit before it."""
+    scene, light = floor_scene("point")
+    entry = ENTRY
+    for k in range(8):
+        out = exit_at((0.25 * (k % 4) - 0.5, 0.3 * (k // 4) - 0.4, 0), (0.25, 0, 0), (0, 0.25, 0), intensity=0.9)
+        scene.edit("L" + "F" * k, entry, [out], name=f"Edit {k}")
+        entry = quad(out["quad"]["matrix"][:3, 3], *out["quad"]["matrix"][:3, :2].T)
+    got, _ = check(scene, light, takes=lambda edit, word: word == int("01234567"[: edit + 1]))
+    assert got.renders[0].edit("Edit 7")["matched"] == got.renders[0].edit("Edit 0")["matched"] > 0
+
+
 def test_a_hue_turned_back_is_the_hue():
     scene, light = chain(first_hue=1.3, hue_shift=-1.3)
     got, _ = check(scene, light, takes=in_turn, color=(1.0, 0.45, 0.2))
