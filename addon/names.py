@@ -16,15 +16,19 @@ def _split(text):
     return [re.sub(r"\\(.)", r"\1", name, flags=re.DOTALL) for name in re.findall(r"(?:\\.|[^,\\])+", text[1:-1], re.DOTALL)]
 
 
+def _named(text):
+    """(event, name) of each name that an expression uses, in its order."""
+    return [(symbol["kind"], name) for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])]
+
+
 def names_in(text):
     """Every name that an expression uses."""
-    return {name for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])}
+    return {name for _event, name in _named(text)}
 
 
 def last_in(text):
     """(event, name) of the last name that an expression uses; ("", "") if it uses none."""
-    found = [(symbol["kind"], name) for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])]
-    return found[-1] if found else ("", "")
+    return (_named(text) or [("", "")])[-1]
 
 
 def renamed(text, changes):
