@@ -207,10 +207,11 @@ def _look(engine_reference, view):
     if engine is None or view.session is None:
         view.watched = False
         return None
-    finished, since = view.session.wait(0), time.monotonic() - view.drawn
+    finished, is_first = view.session.wait(0), view.shown_pass == 0
     has_news = view.session.progress()["pass"] > view.shown_pass
+    is_due = time.monotonic() - view.drawn > max(_POLL, view.redraw / _DRAWING)
     try:
-        if finished or has_news and since > (view.redraw / _DRAWING if view.shown_pass else 0) or view.shown_pass == 0 and since > _POLL:
+        if finished or has_news and is_first or is_due and (has_news or is_first):  # before the first image its status line is the news
             engine.tag_redraw()
     except ReferenceError:  # Blender has freed its half of the engine
         view.stop()
