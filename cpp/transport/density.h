@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ / (π r²) over the photons on the disk (Jensen 1996; progressive radii:
-// Knaus & Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes to the caller, who decides about C and weights.
+// Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ k over the photons on a disk, k a kernel (Jensen 1996; progressive radii: Knaus &
+// Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes to the caller, who decides about C and weights.
 #pragma once
 #include <limits>
 
@@ -73,13 +73,22 @@ class Receiver {
   Color lambert_{0};
 };
 
-// Calls found(photon, f Φ / (π r²)) for the photons on the disk.
-template <class Found>
+// How the weight of a photon falls with its distance. Even: 1 / (π r²) on the disk, the fewest photons to look at. Round (Epanechnikov's
+// parabola; Silverman 1986, §4.2): to 0 at √1.5 r, which blurs as much as the even disk, has 8/9 of its variance, and no rim to see where
+// photons are few.
+enum class Kernel : std::uint8_t { Even, Round };
+inline constexpr float round_reach = 1.2247449f;  // √1.5
+
+// Calls found(photon, f Φ k) for the photons on a disk; the kernel's k integrates to 1 over it.
+template <Kernel kernel, class Found>
 inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) {
   if (receiver.empty()) return;
-  const float per_area = 1 / (pi * square(radius));
-  map.query(receiver.position(), radius, [&](const Photon& photon) {
-    if (receiver.accepts(photon, radius)) found(photon, receiver.f(photon) * photon.flux() * per_area);
+  constexpr bool is_round = kernel == Kernel::Round;
+  const float reach = is_round ? round_reach * radius : radius, per_reach2 = 1 / square(reach), most = (is_round ? 2 : 1) / pi * per_reach2;
+  map.query(receiver.position(), reach, [&](const Photon& photon) {
+    if (!receiver.accepts(photon, radius)) return;
+    const float k = is_round ? most * (1 - (photon.position - receiver.position()).length2() * per_reach2) : most;
+    found(photon, receiver.f(photon) * photon.flux() * k);
   });
 }
 

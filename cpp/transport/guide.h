@@ -55,10 +55,11 @@ struct Disks {
   static constexpr double growth = 3;  // of the cells' edge
   std::vector<Cells> levels;           // the smallest first
 
+  // Looked up where `spread`, in edges of a cell, leads away from p: drawn anew for each sample it hides the cells' borders.
   // Null: the pilot found no photon for a long way.
-  [[nodiscard]] const float* find(const V3d& p) const noexcept {
+  [[nodiscard]] const float* find(const V3d& p, const V3d& spread) const noexcept {
     for (const Cells& level : levels)
-      if (const float* radius = level.find(p)) return radius;
+      if (const float* radius = level.find(p + spread * level.edge())) return radius;
     return nullptr;
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {

@@ -88,7 +88,7 @@ void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const Photon
     const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     PhotonRun run{asks_photons(joins), asked, sums};
     Color caustics(0), edited(0);
-    estimate_density(map, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
+    estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
       if (run.is_new(photon)) start_run(run, photon, joins);
       if (run.is_plain) return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
@@ -234,7 +234,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
       const bool sums = path.hue < 0 && (asked & picture);
       PhotonRun run{asks_photons(joins), asked, sums};
       Color sum(0);
-      estimate_density(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
+      estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return void(++counts.depth_capped);
         if (run.is_new(photon)) {
           start_run(run, photon, joins);

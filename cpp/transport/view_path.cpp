@@ -207,9 +207,11 @@ float ViewTracer::common_radius(const ViewPath& path) const noexcept {
 
 // Wider where the pilot found so few photons (or none: null) that noise would hide every feature of that size, narrower where there are
 // enough for sharper edges.
-float ViewTracer::disk_radius(float common, const Disks& disks, const Vertex& v, float widest) const noexcept {
+float ViewTracer::disk_radius(float common, const Disks& disks, const Vertex& v, float widest) noexcept {
   const float narrowest = std::max(common / settings_.caustic_radius_range, least_radius_of_extent * static_cast<float>(scene_.extent()));
-  const float* needed = disks.find(v.hit.position);
+  const Frame along(v.bsdf.ng);
+  const float s = random() - 0.5f, t = random() - 0.5f;
+  const float* needed = disks.find(v.hit.position, V3d(along.t * s + along.b * t));
   return (needed ? std::clamp(*needed, narrowest, widest) : widest) * radius_scale_;
 }
 

@@ -8,7 +8,9 @@
 
 #include "scene_fixtures.h"
 #include "transport/counts.h"
+#include "transport/density.h"
 #include "transport/film.h"
+#include "transport/guide.h"
 #include "transport/pass.h"
 #include "transport/photon_map.h"
 
@@ -127,6 +129,67 @@ TEST(PhotonMap, ACancelledBuildLeavesItEmpty) {
     map.query(V3f(0), 0.1f, [&](const Photon&) { ++found; });
     EXPECT_TRUE(map.size() == 400'000u || (map.size() == 0 && found == 0)) << map.size();
   }
+}
+
+// What a kernel makes of a square lattice of photons on z = 0, each of flux 1 for its cell, seen by a white diffuse floor at the origin: the
+// sum of the weights, that of their products with x², and that of their squares.
+struct KernelSums {
+  double all = 0, blur = 0, squares = 0;
+};
+template <Kernel kernel>
+KernelSums sums_of(float radius, float step) {
+  const V3f up(0, 0, 1);
+  std::vector<std::vector<Photon>> chunks(1);
+  for (int i = -400; i <= 400; ++i)
+    for (int j = -400; j <= 400; ++j) {
+      Photon photon;
+      photon.position = V3f(static_cast<float>(i) * step, static_cast<float>(j) * step, 0);
+      photon.normal = photon.wi = pack_direction(up);
+      photon.set_flux(Color(step * step));
+      photon.arrival = Arrival::Caustic;
+      chunks[0].push_back(photon);
+    }
+  ThreadPool pool(1);
+  PhotonMap map;
+  map.build(chunks, ~0u, 2 * round_reach * radius, pool, never);
+  Vertex floor;
+  floor.hit.position = V3d(0);
+  floor.point.ns = floor.point.wo = floor.bsdf.ng = up;
+  floor.bsdf.count = 1;
+  floor.bsdf.lobes[0] = {Event::D, false, 0, 1, Color(1), Color(1), up, Lambert{}};
+  KernelSums sums;
+  estimate_density<kernel>(map, Receiver(floor, gathering), radius, [&](const Photon& photon, const Color& radiance) {
+    const double weight = radiance.x * pi;
+    sums.all += weight, sums.blur += weight * square(photon.position.x), sums.squares += square(weight);
+  });
+  return sums;
+}
+
+TEST(Density, KernelsKeepLightAndBlurAlikeAndTheRoundOneHasLessNoise) {
+  const float radius = 0.3f, step = 0.002f;
+  const KernelSums even = sums_of<Kernel::Even>(radius, step), round = sums_of<Kernel::Round>(radius, step);
+  for (const KernelSums& sums : {even, round}) {
+    EXPECT_NEAR(sums.all, 1, 2e-3);
+    EXPECT_NEAR(sums.blur, square(radius) / 4, 2e-3 * square(radius) / 4);
+  }
+  EXPECT_NEAR(round.squares / even.squares, 8.0 / 9, 3e-3);
+}
+
+// Edges of cells leave no trace: where a lookup is spread over a cell, its mean passes evenly from one cell's radius to the next one's.
+TEST(Disks, SpreadLookupsPassEvenlyFromCellToCell) {
+  Disks disks;
+  disks.levels.emplace_back(1.0);
+  disks.levels.emplace_back(3.0);
+  disks.levels[0].at({0.5, 0.5, 0.5}) = 1, disks.levels[0].at({1.5, 0.5, 0.5}) = 2;
+  disks.levels[1].at({1.5, 1.5, 1.5}) = 5;
+  test::Random random(6);
+  for (const double x : {0.5, 0.75, 1.0, 1.25, 1.5}) {
+    double sum = 0;
+    for (int i = 0; i < 20000; ++i) sum += *disks.find({x, 0.5, 0.5}, {random.real(-0.5, 0.5), 0, 0});
+    EXPECT_NEAR(sum / 20000, 0.5 + x, 0.015) << x;
+  }
+  EXPECT_EQ(*disks.find({2.5, 0.5, 0.5}, V3d(0)), 5);  // a larger cell answers
+  EXPECT_EQ(disks.find({4, 0.5, 0.5}, V3d(0)), nullptr);
 }
 
 // Is there one point in each of the 64 boxes of every shape whose sides are powers of 1/base?
