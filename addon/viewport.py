@@ -20,7 +20,7 @@ _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there i
 _COARSE = {8: {"photons": 4096, "pilot_paths": 1 << 11}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
 _POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
 _AT_ONCE = 0.03  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
-_DRAWING = 0.05  # of the time, at most, for redraws while passes come in: without a graphics card they cost what renders
+_DRAWING = 0.05  # of the time, at most, for redraws until a session is done: without a graphics card they cost what renders
 _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
 
 
@@ -104,7 +104,6 @@ def _settings(depsgraph):
 
 def draw(engine, context, depsgraph):
     """Draws the last finished image; starts over when the view moved (orbiting calls draw alone)."""
-    begin = time.monotonic()
     try:
         view = engine.view
         if view is None:
@@ -114,9 +113,9 @@ def draw(engine, context, depsgraph):
             _refresh(engine, view, depsgraph.scene)
             if not _at_rest(view):
                 _watch(engine, view)
-        _draw_image(view, context.region)
         view.drawn = time.monotonic()
-        bpy.app.timers.register(functools.partial(_time_redraw, view, begin), first_interval=0)  # runs when all is drawn
+        _draw_image(view, context.region)
+        bpy.app.timers.register(functools.partial(_time_redraw, view), first_interval=0)  # runs when all is drawn
     except Exception as error:
         _fail(engine, error)
 
@@ -209,9 +208,9 @@ def _look(engine_reference, view):
         return None
     finished, is_first = view.session.wait(0), view.shown_pass == 0
     has_news = view.session.progress()["pass"] > view.shown_pass
-    is_due = time.monotonic() - view.drawn > max(_POLL, view.redraw / _DRAWING)
+    since, pause = time.monotonic() - view.drawn, view.redraw / _DRAWING
     try:
-        if finished or has_news and is_first or is_due and (has_news or is_first):  # before the first image its status line is the news
+        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):  # the last: for the status line
             engine.tag_redraw()
     except ReferenceError:  # Blender has freed its half of the engine
         view.stop()
@@ -220,8 +219,8 @@ def _look(engine_reference, view):
     return None if finished else _POLL if view.shown_pass else _SOON
 
 
-def _time_redraw(view, begin):
-    view.redraw = time.monotonic() - begin
+def _time_redraw(view):
+    view.redraw = time.monotonic() - view.drawn
 
 
 def _make_texture(pixels):

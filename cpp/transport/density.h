@@ -4,13 +4,14 @@
 #pragma once
 #include <limits>
 
+#include "transport/pass.h"
 #include "transport/photon_map.h"
 #include "transport/vertex.h"
 
 namespace sluice {
 
 // A photon counts if it lies on the same surface as far as one can tell: on a thin disk, with a like normal (numerics D1, D2).
-inline constexpr float disk_thickness = 0.25f;  // of the radius
+inline constexpr float disk_thickness = 0.25f;  // of how far the kernel reaches
 inline constexpr float like_normal = 0.5f;      // least |cos| between normals
 inline constexpr float max_shading_ratio = 4;   // |wi·ns| / |wi·ng| at grazing shading normals, clamped
 
@@ -35,8 +36,8 @@ class Receiver {
   [[nodiscard]] bool empty() const noexcept { return empty_; }
 
   // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side.
-  [[nodiscard]] bool accepts(const Photon& photon, float radius) const noexcept {
-    if (std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) > disk_thickness * radius) return false;
+  [[nodiscard]] bool accepts(const Photon& photon, float reach) const noexcept {
+    if (std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) > disk_thickness * reach) return false;
     const V3f n = unpack_octahedron(photon.normal);
     const float along = n.dot(vertex_.point.ns);
     return (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
@@ -73,21 +74,21 @@ class Receiver {
   Color lambert_{0};
 };
 
-// How the weight of a photon falls with its distance. Even: 1 / (π r²) on the disk, the fewest photons to look at. Round (Epanechnikov's
-// parabola; Silverman 1986, §4.2): to 0 at √1.5 r, which blurs as much as the even disk, has 8/9 of its variance, and no rim to see where
-// photons are few.
+// How the weight of a photon falls with its distance. Even: 1 / (π r²) on the disk of radius r, the fewest photons to look at. Round
+// (Epanechnikov's parabola; Silverman 1986, §4.2): to 0 at √1.5 r, so that it blurs as much as that disk; it has 8/9 of its variance, and no
+// rim to see where photons are few.
 enum class Kernel : std::uint8_t { Even, Round };
-inline constexpr float round_reach = 1.2247449f;  // √1.5
 
-// Calls found(photon, f Φ k) for the photons on a disk; the kernel's k integrates to 1 over it.
+// Calls found(photon, f Φ k) for the photons that the kernel reaches; k integrates to 1 over the surface. `radius`: r above, also of the
+// round one.
 template <Kernel kernel, class Found>
 inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) {
   if (receiver.empty()) return;
   constexpr bool is_round = kernel == Kernel::Round;
   const float reach = is_round ? round_reach * radius : radius, per_reach2 = 1 / square(reach), most = (is_round ? 2 : 1) / pi * per_reach2;
   map.query(receiver.position(), reach, [&](const Photon& photon) {
-    if (!receiver.accepts(photon, radius)) return;
-    const float k = is_round ? most * (1 - (photon.position - receiver.position()).length2() * per_reach2) : most;
+    if (!receiver.accepts(photon, reach)) return;
+    const float k = is_round ? most * std::max(0.0f, 1 - (photon.position - receiver.position()).length2() * per_reach2) : most;
     found(photon, receiver.f(photon) * photon.flux() * k);
   });
 }

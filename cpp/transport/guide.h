@@ -55,11 +55,12 @@ struct Disks {
   static constexpr double growth = 3;  // of the cells' edge
   std::vector<Cells> levels;           // the smallest first
 
-  // Looked up where `spread`, in edges of a cell, leads away from p: drawn anew for each sample it hides the cells' borders.
-  // Null: the pilot found no photon for a long way.
-  [[nodiscard]] const float* find(const V3d& p, const V3d& spread) const noexcept {
+  // Looked up at `offset`, in edges of a cell, from p: drawn anew for each sample it hides the cells' borders. Where that leads off the surface
+  // or out of the light, p's own cell answers. Null: the pilot found no photon as far as the largest cells reach.
+  [[nodiscard]] const float* find(const V3d& p, const V3d& offset) const noexcept {
     for (const Cells& level : levels)
-      if (const float* radius = level.find(p + spread * level.edge())) return radius;
+      for (const V3d& at : {p + offset * level.edge(), p})
+        if (const float* radius = level.find(at)) return radius;
     return nullptr;
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {

@@ -36,6 +36,9 @@ inline constexpr float least_radius_of_extent = 1e-6f, most_radius_of_extent = 0
   return std::max(widest, std::min(settings.soft_range * widest, most_radius_of_extent * static_cast<float>(extent)));
 }
 
+// Caustics and edited light are estimated by a kernel that falls to 0 so many radii away (√1.5; density.h).
+inline constexpr float round_reach = 1.2247449f;
+
 // Gather radius at y in the first pass. A gather segment stands for a bundle of directions: features below a tenth of its length
 // times the spread of its lobe drown in its noise. Near corners, where y is close to v, the radius stays small and so does the bias;
 // the guide bounds it from both sides by the number of photons to be found.

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "transport/density.h"
-
 namespace sluice {
 namespace {
 
@@ -42,9 +40,9 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   photons.states = &states_;
   const float shrink = radius_scale(context.pass);
   photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
-  const float radius = context.guide.caustic_radius, close_cell = 2 * round_reach * shrink;
-  photons.close.build(chunks_, context.effects.close_arrivals & ~soft_arrivals, close_cell * widest_disk(context.settings, radius), pool, cancel);
-  photons.soft.build(chunks_, context.effects.close_arrivals & soft_arrivals, close_cell * widest_soft_disk(context.settings, radius, context.scene.extent()), pool, cancel);
+  const float radius = context.guide.caustic_radius, cells = 2 * round_reach * shrink;  // in radii of the first pass
+  photons.close.build(chunks_, context.effects.close_arrivals & ~soft_arrivals, cells * widest_disk(context.settings, radius), pool, cancel);
+  photons.soft.build(chunks_, context.effects.close_arrivals & soft_arrivals, cells * widest_soft_disk(context.settings, radius, context.scene.extent()), pool, cancel);
   return !cancel;
 }
 

@@ -77,8 +77,8 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
   const float radius = common_radius(path);
-  if (photons_->close.size() > 0) add_density(path, v, photons_->close, disk_radius(radius, guide_->disks, v, widest_disk(settings_, radius)));
-  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, guide_->soft_disks, v, widest_soft_disk(settings_, radius, scene_.extent())));
+  if (photons_->close.size() > 0) add_density(path, v, photons_->close, disk_radius(radius, guide_->disks, path, v, widest_disk(settings_, radius)));
+  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, guide_->soft_disks, path, v, widest_soft_disk(settings_, radius, scene_.extent())));
 }
 
 void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {

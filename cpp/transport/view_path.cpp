@@ -206,11 +206,12 @@ float ViewTracer::common_radius(const ViewPath& path) const noexcept {
 }
 
 // Wider where the pilot found so few photons (or none: null) that noise would hide every feature of that size, narrower where there are
-// enough for sharper edges.
-float ViewTracer::disk_radius(float common, const Disks& disks, const Vertex& v, float widest) noexcept {
+// enough for sharper edges. Looked up anywhere within half a cell, by a hash of the path that draws from no other choice's numbers.
+float ViewTracer::disk_radius(float common, const Disks& disks, const ViewPath& path, const Vertex& v, float widest) const noexcept {
   const float narrowest = std::max(common / settings_.caustic_radius_range, least_radius_of_extent * static_cast<float>(scene_.extent()));
   const Frame along(v.bsdf.ng);
-  const float s = random() - 0.5f, t = random() - 0.5f;
+  const std::uint64_t bits = mix(mix(key_, path.word), static_cast<std::uint64_t>(path.depth));
+  const float s = to_unit(static_cast<std::uint32_t>(bits)) - 0.5f, t = to_unit(static_cast<std::uint32_t>(bits >> 32)) - 0.5f;
   const float* needed = disks.find(v.hit.position, V3d(along.t * s + along.b * t));
   return (needed ? std::clamp(*needed, narrowest, widest) : widest) * radius_scale_;
 }

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rendered mode without a window: what an update copies anew, and when the picture starts over. With the stand-in core."""
+from types import SimpleNamespace
+
 import bpy
 import pytest
 from mathutils import Matrix
@@ -177,6 +179,28 @@ def test_its_figures_are_told(window, fake_core, monkeypatch):
     assert restarted(window, [exit_], copies=0)
     assert statistics.of("Light Edit").matched == 7 and statistics.of("Light Edit").power_in == 2
     statistics.forget()
+
+
+@pytest.mark.parametrize("case, asks", [
+    ((0, 1, 0.01, 0.5, False), True),  # the first image of a session: at once
+    ((1, 2, 0.01, 0.0005, False), True),  # quick redraws: whenever there is news
+    ((1, 2, 5, 0.5, False), False),  # slow ones: a twentieth of the time
+    ((1, 2, 11, 0.5, False), True),
+    ((1, 1, 11, 0.5, False), False),  # no news
+    ((0, 0, 0.05, 0.001, False), False),  # before the first image for the status line
+    ((0, 0, 0.15, 0.001, False), True),
+    ((0, 0, 5, 0.5, False), False),
+    ((1, 1, 0.01, 0.5, True), True),
+])
+def test_when_it_asks_for_a_redraw(monkeypatch, case, asks):
+    from sluice import viewport
+    shown, passes, since, redraw, finished = case
+    asked, view = [], viewport.View()
+    view.session = SimpleNamespace(wait=lambda _: finished, progress=lambda: {"pass": passes})
+    view.shown_pass, view.drawn, view.redraw = shown, 100.0, redraw
+    monkeypatch.setattr(viewport, "time", SimpleNamespace(monotonic=lambda: 100.0 + since))
+    again = viewport._look(lambda: SimpleNamespace(tag_redraw=lambda: asked.append(True)), view)
+    assert bool(asked) == asks and (again is None) == finished
 
 
 def test_what_was_retired_is_kept_until_it_is_over(fake_core, monkeypatch):

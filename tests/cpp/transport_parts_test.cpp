@@ -175,8 +175,8 @@ TEST(Density, KernelsKeepLightAndBlurAlikeAndTheRoundOneHasLessNoise) {
   EXPECT_NEAR(round.squares / even.squares, 8.0 / 9, 3e-3);
 }
 
-// Edges of cells leave no trace: where a lookup is spread over a cell, its mean passes evenly from one cell's radius to the next one's.
-TEST(Disks, SpreadLookupsPassEvenlyFromCellToCell) {
+// Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one cell's radius to the next one's.
+TEST(Disks, LookupsPassEvenlyFromCellToCell) {
   Disks disks;
   disks.levels.emplace_back(1.0);
   disks.levels.emplace_back(3.0);
@@ -188,7 +188,8 @@ TEST(Disks, SpreadLookupsPassEvenlyFromCellToCell) {
     for (int i = 0; i < 20000; ++i) sum += *disks.find({x, 0.5, 0.5}, {random.real(-0.5, 0.5), 0, 0});
     EXPECT_NEAR(sum / 20000, 0.5 + x, 0.015) << x;
   }
-  EXPECT_EQ(*disks.find({2.5, 0.5, 0.5}, V3d(0)), 5);  // a larger cell answers
+  EXPECT_EQ(*disks.find({0.5, 0.5, 0.9}, {0, 0, 0.5}), 1);  // off the surface: its own cell answers
+  EXPECT_EQ(*disks.find({2.5, 0.5, 0.5}, V3d(0)), 5);       // a larger one
   EXPECT_EQ(disks.find({4, 0.5, 0.5}, V3d(0)), nullptr);
 }
 

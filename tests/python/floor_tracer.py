@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a lone floor (z = 0) must receive through light edits: an oracle that shares nothing with the core. It sends the light of one
 lamp towards a rectangle of the floor along a low-discrepancy sequence, moves it through gates by the rules of design sections 2 and 4,
-and adds up where it lands, blurred by the disk of the photon density estimate. Its own error is below 1 % of a block of few paths."""
+and adds up where it lands, blurred by the round kernel of the photon density estimate. Its own error is below 1 % of a block of few paths."""
 
 import colorsys
 
@@ -168,7 +168,8 @@ def expected_edited(scene, light, aim, radius, takes=once, color=(1, 1, 1)):
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     flux = (irradiance * (x1 - x0) * (y1 - y0) / PATHS)[:, None] * np.array(color, float)
     radius = np.atleast_1d(np.asarray(radius, float))
-    radii = np.repeat(radius, -(-PATHS // len(radius)))[:PATHS] * np.sqrt(u[:, 4])  # runs: neighbours in a sequence lie in other places
+    radii = np.repeat(radius, -(-PATHS // len(radius)))[:PATHS]  # runs: neighbours in a sequence lie in other places
+    radii = radii * np.sqrt(1.5 * (1 - np.sqrt(1 - u[:, 4])))  # Epanechnikov's parabola
     blur = np.stack([radii * np.cos(2 * np.pi * u[:, 5]), radii * np.sin(2 * np.pi * u[:, 5])], 1)
 
     picture = np.zeros((scene.size, scene.size, 3))

@@ -202,9 +202,9 @@ def test_a_mirror_sends_light_to_a_wall():
 
 
 def test_bias_falls_as_the_square_of_the_radius():
-    """The light of a low point lamp is moved aside, so that it is estimated from photons. Below the lamp at height h the mean of E over
-    a disk of radius r is E(0) 2 h²/r² (1 − h/√(h² + r²)) = E(0) (1 − ¾ r²/h² + …): the render misses the peak by just that, and by a
-    quarter of it when the radius is halved."""
+    """The light of a low point lamp is moved aside, so that it is estimated from photons. Below the lamp at height h the mean of E under
+    the round kernel of radius r, 2/(πR²) (1 − ρ²/R²) with R² = 1.5 r², is E(0) 4 / (1 + √(1 + R²/h²))² = E(0) (1 − ¾ r²/h² + …): the
+    render misses the peak by just that, and by a quarter of it when the radius is halved."""
     height, off = 0.5, []
     x, y = pixel_centres(48, 1.5)
     peak = np.hypot(x - 0.75, y) < 0.05  # 4 pixels
@@ -217,7 +217,7 @@ def test_bias_falls_as_the_square_of_the_radius():
         got = seeds(scene, 12, passes=1, photons=65536, caustic_radius_factor=radius / (3 / 48))
         assert got.renders[0].statistics["radius"][1] == pytest.approx(radius, rel=1e-3)
         mean, error = interval(got.stack("Edited")[:, peak].mean((1, 2)))
-        exact = 2 * height**2 / radius**2 * (1 - height / math.hypot(height, radius)) - 1
+        exact = 4 / (1 + math.sqrt(1 + 1.5 * radius**2 / height**2)) ** 2 - 1
         off.append((mean / at_peak - 1, error / at_peak, exact))
     for got, error, exact in off:
         assert abs(got - exact) <= error + 0.05 * abs(exact), off
