@@ -4,8 +4,8 @@
 #pragma once
 #include <limits>
 
-#include "transport/pass.h"
 #include "transport/photon_map.h"
+#include "transport/radii.h"
 #include "transport/vertex.h"
 
 namespace sluice {

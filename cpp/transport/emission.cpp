@@ -111,7 +111,7 @@ std::uint64_t Guide::hash() const noexcept {
   for (const AimTable& table : aims)
     for (std::size_t i = 0; i < table.distribution().size(); ++i) add(table.distribution().pmf(i));
   add(least_radius), add(most_radius), add(radius), add(caustic_radius);
-  return mix(mix(mix(h, trust.hash()), mix(disks.hash(), soft_disks.hash())), samples.hash());
+  return mix(mix(mix(h, trust.hash()), mix(sharp_disks.hash(), soft_disks.hash())), samples.hash());
 }
 
 std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide, const Sampler& sampler) noexcept {

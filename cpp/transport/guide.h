@@ -137,8 +137,8 @@ struct Guide {
   // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its aims.
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
-  Disks disks, soft_disks;                  // of caustics and edited light, and of what is soft of them (photon.h)
-  float radius = 0, caustic_radius = 0;     // typical gather radii of the first pass, at y and v: sizes of the photon maps' cells
+  Disks sharp_disks, soft_disks;            // of caustics and edited light, and of what is soft of those (photon.h)
+  float radius = 0, caustic_radius = 0;     // typical radii of the first pass, at y and v, which photon maps' cells are made for
   SampleMap samples;                        // of each pixel in a pass
 
   [[nodiscard]] std::uint64_t hash() const noexcept;

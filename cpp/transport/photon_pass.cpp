@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "transport/radii.h"
+
 namespace sluice {
 namespace {
 
@@ -41,7 +43,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   const float shrink = radius_scale(context.pass);
   photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
   const float radius = context.guide.caustic_radius, cells = 2 * round_reach * shrink;  // in radii of the first pass
-  photons.close.build(chunks_, context.effects.close_arrivals & ~soft_arrivals, cells * widest_disk(context.settings, radius), pool, cancel);
+  photons.sharp.build(chunks_, context.effects.close_arrivals & ~soft_arrivals, cells * widest_disk(context.settings, radius), pool, cancel);
   photons.soft.build(chunks_, context.effects.close_arrivals & soft_arrivals, cells * widest_soft_disk(context.settings, radius, context.scene.extent()), pool, cancel);
   return !cancel;
 }

@@ -8,6 +8,7 @@
 #include "transport/light_path.h"
 #include "transport/light_trust.h"
 #include "transport/pass.h"
+#include "transport/radii.h"
 #include "transport/targets.h"
 
 namespace sluice {
@@ -166,7 +167,7 @@ class Pilot {
     if (!cancel_) size_gathers(guide, seen, mean.length);
     const float typical = guide.caustic_radius;
     const std::vector<V3d> places = visible_places(seen);
-    guide.disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, places);
+    guide.sharp_disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, places);
     guide.soft_disks = size_disks(soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, places);
     return guide;
   }

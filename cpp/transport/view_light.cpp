@@ -3,6 +3,7 @@
 // light (photon density at v), and indirect light (one gather segment to y; next-event estimation and photon density there).
 #include <algorithm>
 
+#include "transport/radii.h"
 #include "transport/view_path.h"
 
 namespace sluice {
@@ -76,9 +77,23 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const float radius = common_radius(path);
-  if (photons_->close.size() > 0) add_density(path, v, photons_->close, disk_radius(radius, guide_->disks, path, v, widest_disk(settings_, radius)));
-  if (photons_->soft.size() > 0) add_density(path, v, photons_->soft, disk_radius(radius, guide_->soft_disks, path, v, widest_soft_disk(settings_, radius, scene_.extent())));
+  const double extent = scene_.extent();
+  const float common = common_radius(settings_, path.width + path.spread * path.length, extent);
+  const V3d offset = offset_of_lookup(path, v);
+  const auto add = [&](const PhotonMap& map, const Disks& disks, float widest) {
+    if (map.size() > 0) add_density(path, v, map, disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_);
+  };
+  add(photons_->sharp, guide_->sharp_disks, widest_disk(settings_, common));
+  add(photons_->soft, guide_->soft_disks, widest_soft_disk(settings_, common, extent));
+}
+
+// Where widths of disks are looked up: anywhere on the surface within half a cell, by a hash of the path that draws from no other choice's
+// numbers.
+V3d ViewTracer::offset_of_lookup(const ViewPath& path, const Vertex& v) const noexcept {
+  const Frame along(v.bsdf.ng);
+  const std::uint64_t bits = mix(mix(key_, path.word), static_cast<std::uint64_t>(path.depth));
+  const float s = to_unit(static_cast<std::uint32_t>(bits)) - 0.5f, t = to_unit(static_cast<std::uint32_t>(bits >> 32)) - 0.5f;
+  return V3d(along.t * s + along.b * t);
 }
 
 void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {

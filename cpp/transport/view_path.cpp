@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "edit/hue.h"
+#include "transport/radii.h"
 
 namespace sluice {
 namespace {
@@ -196,24 +197,6 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   if (effects_.view_edits) path.state = states_.next(path.state, event);
   path.word = mix(path.word, static_cast<std::uint64_t>(scene_.entity(vertex.hit)) + 1);
   ++path.depth;
-}
-
-// Some footprints of a pixel. Rounding of positions sets the floor: below it photons of one surface no longer share a disk (numerics D6).
-float ViewTracer::common_radius(const ViewPath& path) const noexcept {
-  const auto extent = static_cast<float>(scene_.extent());
-  const double footprint = path.width + path.spread * path.length;
-  return std::clamp(settings_.caustic_radius_factor * static_cast<float>(footprint), least_radius_of_extent * extent, most_radius_of_extent * extent);
-}
-
-// Wider where the pilot found so few photons (or none: null) that noise would hide every feature of that size, narrower where there are
-// enough for sharper edges. Looked up anywhere within half a cell, by a hash of the path that draws from no other choice's numbers.
-float ViewTracer::disk_radius(float common, const Disks& disks, const ViewPath& path, const Vertex& v, float widest) const noexcept {
-  const float narrowest = std::max(common / settings_.caustic_radius_range, least_radius_of_extent * static_cast<float>(scene_.extent()));
-  const Frame along(v.bsdf.ng);
-  const std::uint64_t bits = mix(mix(key_, path.word), static_cast<std::uint64_t>(path.depth));
-  const float s = to_unit(static_cast<std::uint32_t>(bits)) - 0.5f, t = to_unit(static_cast<std::uint32_t>(bits >> 32)) - 0.5f;
-  const float* needed = disks.find(v.hit.position, V3d(along.t * s + along.b * t));
-  return (needed ? std::clamp(*needed, narrowest, widest) : widest) * radius_scale_;
 }
 
 }  // namespace sluice

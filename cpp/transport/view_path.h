@@ -233,8 +233,7 @@ class ViewTracer {
   };
   [[nodiscard]] Few<LobeGroup> groups_of(int joins, const Vertex& vertex, ImageSet images);
   void add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius);
-  [[nodiscard]] float common_radius(const ViewPath& path) const noexcept;
-  [[nodiscard]] float disk_radius(float common, const Disks& disks, const ViewPath& path, const Vertex& v, float widest) const noexcept;
+  [[nodiscard]] V3d offset_of_lookup(const ViewPath& path, const Vertex& v) const noexcept;
   [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
