@@ -35,12 +35,12 @@ class Receiver {
   }
   [[nodiscard]] bool empty() const noexcept { return empty_; }
 
-  // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side.
-  [[nodiscard]] bool accepts(const Photon& photon, float reach) const noexcept {
+  // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side. The last normal's
+  // answer is remembered: on a flat surface there is one.
+  [[nodiscard]] bool accepts(const Photon& photon, float reach) noexcept {
     if (std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) > disk_thickness * reach) return false;
-    const V3f n = unpack_octahedron(photon.normal);
-    const float along = n.dot(vertex_.point.ns);
-    return (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
+    if (photon.normal != normal_) normal_ = photon.normal, is_like_ = is_like(unpack_octahedron(normal_));
+    return is_like_;
   }
   // f(wi -> wo) as the photon's own place has it: its direction to the eye, its normal. On a curved surface with a sharp lobe the
   // disk would smear what the lobe throws otherwise (a rough glass ball's caustic: 9 % off). Directions are turned, not the lobes.
@@ -60,6 +60,10 @@ class Receiver {
   [[nodiscard]] V3f position() const noexcept { return V3f(vertex_.hit.position); }
 
  private:
+  [[nodiscard]] bool is_like(const V3f& n) const noexcept {
+    const float along = n.dot(vertex_.point.ns);
+    return (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
+  }
   // d after the least rotation that takes n to the vertex's normal (n is on its side).
   [[nodiscard]] V3f turned(const V3f& d, const V3f& n) const noexcept {
     const V3f& to = vertex_.point.ns;
@@ -72,6 +76,8 @@ class Receiver {
   float nearness_;  // 1 / distance
   bool transmits_ = false, flat_lambert_ = false, empty_ = true;
   Color lambert_{0};
+  std::uint32_t normal_ = 0;  // no photon's
+  bool is_like_ = false;
 };
 
 // How the weight of a photon falls with its distance. Even: 1 / (π r²) on the disk of radius r, the fewest photons to look at. Round
@@ -82,7 +88,7 @@ enum class Kernel : std::uint8_t { Even, Round };
 // Calls found(photon, f Φ k) for the photons that the kernel reaches; k integrates to 1 over the surface. `radius`: r above, also of the
 // round one.
 template <Kernel kernel, class Found>
-inline void estimate_density(const PhotonMap& map, const Receiver& receiver, float radius, Found&& found) {
+inline void estimate_density(const PhotonMap& map, Receiver receiver, float radius, Found&& found) {
   if (receiver.empty()) return;
   constexpr bool is_round = kernel == Kernel::Round;
   const float reach = is_round ? round_reach * radius : radius, per_reach2 = 1 / square(reach), most = (is_round ? 2 : 1) / pi * per_reach2;

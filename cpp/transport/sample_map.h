@@ -13,11 +13,12 @@ namespace sluice {
 struct SampleCount {
   std::uint8_t samples = 1;        // of a pixel
   std::uint8_t light_samples = 1;  // of each of those by next-event estimation at v, where that is most of the noise
+  std::uint8_t emission_samples = 0;  // of a pixel, of emission alone; 0: the samples above see emission too
 };
 
 class SampleMap {
  public:
-  static constexpr int most = 16;  // samples of a pixel
+  static constexpr int most = 16, most_of_emission = 64;  // samples of a pixel
 
   SampleMap() = default;  // one sample everywhere
   // `side`: of a block, in pixels.
@@ -31,7 +32,7 @@ class SampleMap {
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;
-    for (const SampleCount& count : counts_) h = mix(h, static_cast<std::uint64_t>(count.samples) << 8 | count.light_samples);
+    for (const SampleCount& count : counts_) h = mix(h, static_cast<std::uint64_t>(count.samples) << 16 | static_cast<std::uint64_t>(count.light_samples) << 8 | count.emission_samples);
     return h;
   }
 

@@ -2,7 +2,6 @@
 #include "transport/sample_pilot.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "transport/view_path.h"
 
@@ -10,7 +9,8 @@ namespace sluice {
 namespace {
 
 constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
-constexpr double cost_without_lights = 4.5;  // of a view sample, against that of asking one light
+// Of a view sample, against that of asking one light; of one of emission alone.
+constexpr double cost_without_lights = 4.5, cost_of_emission = 1;
 constexpr double most_light_samples = 4;
 constexpr std::uint32_t pilot_light_samples = 2;
 constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
@@ -18,23 +18,29 @@ constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing 
 
 // What pairs of samples in one block say, summed up.
 struct Block {
-  V3d mean{0}, variance{0};  // of one sample
-  V3d lights{0};             // of that what comes by the samples of lights
-  V3d emission{0}, emission2{0};  // that is seen, and its square
+  V3d mean{0};                 // of the picture
+  V3d variance{0};             // of one sample, but for emission that is seen
+  V3d lights{0};               // of that what comes by the samples of lights
+  V3d emission{0}, emission2{0}, emission_variance{0};  // of what is seen: mean, mean square, and of one sample
   double pairs = 0;
   void operator+=(const Block& o) { add(o, 1); }
   void add(const Block& o, double weight) {
     mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight;
-    emission += o.emission * weight, emission2 += o.emission2 * weight, pairs += o.pairs * weight;
+    emission += o.emission * weight, emission2 += o.emission2 * weight, emission_variance += o.emission_variance * weight;
+    pairs += o.pairs * weight;
   }
 
-  // Against the mean, with so many light samples. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of
-  // those pixels: there what differs between pixels counts too.
+  // Of all but emission, against the mean, with so many light samples.
   [[nodiscard]] double relative(double image_mean, double light_samples) const {
-    const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
     V3d left = variance - lights;
     for (int c = 0; c < 3; ++c) left[c] = std::max(0.0, left[c]);  // both are estimates
-    return relative_variance((left + lights * (pilot_light_samples / light_samples)) / pairs + edges, mean / pairs, image_mean);
+    return relative_variance((left + lights * (pilot_light_samples / light_samples)) / pairs, mean / pairs, image_mean);
+  }
+  // Of emission. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs
+  // between pixels counts too.
+  [[nodiscard]] double relative_of_emission(double image_mean) const {
+    const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
+    return relative_variance(emission_variance / pairs + edges, mean / pairs, image_mean);
   }
   // Least noise for the time: as the root of the noise of one sample against that of the rest, each for its cost.
   [[nodiscard]] double best_light_samples(double image_mean) const {
@@ -82,8 +88,8 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
     const auto emission = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Emission)]); };
-    const V3d lamp = (emission(0) + emission(1)) / 2;
-    blocks[block_of[i]] += {(a + b) / 2, (a - b) * (a - b) / 2, (lights[0][i] + lights[1][i]) / 2, lamp, lamp * lamp, 1};
+    const V3d seen = (emission(0) + emission(1)) / 2, of_emission = emission(0) - emission(1), of_rest = a - b - of_emission;
+    blocks[block_of[i]] += {(a + b) / 2, of_rest * of_rest / 2, (lights[0][i] + lights[1][i]) / 2, seen, seen * seen, of_emission * of_emission / 2, 1};
   }
 }
 
@@ -98,6 +104,31 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
       out.push_back(sum);
     }
   return out;
+}
+
+// How many each block takes: the picture's error is least for a time if they are in proportion to the relative standard deviation of one,
+// over the root of its cost. Empty: there is no noise, or more than numbers hold.
+std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double image_mean) {
+  struct Wanted {
+    double lights, samples, emission;  // the last two up to a factor
+  };
+  std::vector<Wanted> wanted;
+  double evenly = 0, time = 0;  // if each pixel took one sample; if they took what is wanted
+  for (const Block& b : blocks) {
+    const double lights = b.best_light_samples(image_mean), cost = cost_without_lights + lights;
+    wanted.push_back({lights, std::sqrt(b.relative(image_mean, lights) / cost), std::sqrt(b.relative_of_emission(image_mean) / cost_of_emission)});
+    evenly += cost, time += wanted.back().samples * cost + wanted.back().emission * cost_of_emission;
+  }
+  if (!(time > 0) || !std::isfinite(time)) return {};
+  const double factor = wanted_mean * evenly / time;
+  const auto rounded = [factor](double count, double least, double most) { return static_cast<std::uint8_t>(std::clamp(std::round(factor * count), least, most)); };
+  std::vector<SampleCount> counts;
+  for (const Wanted& w : wanted) {
+    SampleCount count{rounded(w.samples, 1, SampleMap::most), static_cast<std::uint8_t>(w.lights), rounded(w.emission, 0, SampleMap::most_of_emission)};
+    if (count.emission_samples <= count.samples) count.emission_samples = 0;  // the others see as much
+    counts.push_back(count);
+  }
+  return counts;
 }
 
 }  // namespace
@@ -120,24 +151,11 @@ SampleMap place_samples(const PassContext& first, const PhotonSet& photons, Thre
   });
   if (cancel) return {};
 
-  // The picture's error is least for n in proportion to the relative standard deviation.
   double image_mean = 0;
   for (const Block& b : blocks)
     if (b.pairs > 0) image_mean += luminance(b.mean / b.pairs) / static_cast<double>(blocks.size());
   if (!(image_mean > 0) || !std::isfinite(image_mean)) return {};
-  std::vector<SampleCount> counts;
-  std::vector<double> deviation;  // for its cost
-  for (const Block& b : smoothed(blocks, width, height)) {
-    const double of_lights = b.best_light_samples(image_mean);
-    counts.push_back({1, static_cast<std::uint8_t>(of_lights)});
-    deviation.push_back(std::sqrt(b.relative(image_mean, of_lights) / (cost_without_lights + of_lights)));
-  }
-  const double all = std::accumulate(deviation.begin(), deviation.end(), 0.0);
-  if (!(all > 0) || !std::isfinite(all)) return {};  // no noise, or more than numbers hold
-  const double scale = wanted_mean * static_cast<double>(deviation.size()) / all;
-  for (std::size_t i = 0; i < counts.size(); ++i)
-    counts[i].samples = static_cast<std::uint8_t>(std::clamp(std::round(scale * deviation[i]), 1.0, static_cast<double>(SampleMap::most)));
-  return {side, width, std::move(counts)};
+  return {side, width, share_out(smoothed(blocks, width, height), image_mean)};
 }
 
 }  // namespace sluice

@@ -44,10 +44,13 @@ class PixelGroup {
   bool is_inside_ = false;
 };
 
+std::uint64_t number_of(const PassContext& context, const Pixel& pixel) noexcept {
+  return static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) + static_cast<std::uint64_t>(pixel.x);
+}
+
 // Sample `round` of a pixel in this pass.
 ViewSample sample_of(const PassContext& context, const PixelGroup& group, const Pixel& pixel, std::uint32_t round) {
-  const auto number = static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) + static_cast<std::uint64_t>(pixel.x);
-  const std::uint64_t key = key_of(context.settings.seed, Purpose::View, number);
+  const std::uint64_t number = number_of(context, pixel), key = key_of(context.settings.seed, Purpose::View, number);
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
   const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
   const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
@@ -58,7 +61,22 @@ ViewSample sample_of(const PassContext& context, const PixelGroup& group, const 
           .key = round == 0 ? choices : mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
           .has_turn = pixel.has_turn,
-          .light_samples = pixel.count.light_samples};
+          .light_samples = pixel.count.light_samples,
+          .sees = pixel.count.emission_samples > 0 ? Sees::AllButEmission : Sees::All};
+}
+
+// The same of those of emission alone: points of a sequence of their own.
+ViewSample emission_sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round) {
+  const std::uint64_t key = key_of(context.settings.seed, Purpose::Emission, number_of(context, pixel)), choices = mix(key, static_cast<std::uint64_t>(context.pass));
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  return {.x = pixel.x,
+          .y = pixel.y,
+          .sampler = Sampler(key, index * pixel.count.emission_samples + round, stream),
+          .turn = {},
+          .key = mix(choices, round),
+          .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.emission_samples) : 0,
+          .has_turn = false,
+          .sees = Sees::Emission};
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
@@ -71,15 +89,16 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
   std::array<const Pixel*, bundle_size> pixel;
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
-    for (const Pixel& p : group.pixels())
-      if (p.count.samples > round) {
-        bundle[count] = sample_of(context, group, p, round);
-        pixel[count++] = &p;
-      }
+    for (const Pixel& p : group.pixels()) {
+      const std::uint32_t whole = p.count.samples;
+      if (round >= whole + p.count.emission_samples) continue;
+      bundle[count] = round < whole ? sample_of(context, group, p, round) : emission_sample_of(context, p, round - whole);
+      pixel[count++] = &p;
+    }
     if (count == 0) break;
     tracer.trace(std::span(bundle).first(count));
     for (std::size_t i = 0; i < count; ++i)
-      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i));
+      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i), bundle[i].share * static_cast<float>(pixel[i]->count.samples));
   }
   for (const Pixel& p : group.pixels())
     if (p.is_inside) tile.scale(index_in(box, p), 1 / static_cast<float>(p.count.samples));
@@ -87,9 +106,10 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
 
 }  // namespace
 
-void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers) {
-  samples[pixel] += sample;
-  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l];
+void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers, float weight) {
+  PixelSample weighted = sample;
+  samples[pixel] += weighted *= weight;
+  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l] * weight;
 }
 
 void TileSamples::scale(std::size_t pixel, float factor) {

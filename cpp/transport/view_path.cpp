@@ -40,7 +40,7 @@ void ViewTracer::trace_sample() {
   const ViewSample& asked = bundle_[at_];
   sampler_ = asked.sampler, key_ = asked.key, draws_ = 0;
   BundleMember& member = self();
-  member.sample = {}, member.light_variance = V3d(0), recorded_ = false;
+  member.sample = {}, member.light_variance = V3d(0), recorded_ = asked.sees == Sees::Emission;
   member.layers.assign(scene_.edits().layers().size(), Color(0));
   hues_.clear();
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
@@ -93,12 +93,17 @@ void ViewTracer::follow(ViewPath& path) {
     record_first(&v);
     surface_emission(path, segment_of(path), v, arm_of(path));
     if (path.depth + 1 > settings_.max_depth) return void(counts.depth_capped += v.bsdf.count > 0);
-    Seer* const seer = join_bundle(path);
-    if (effects_.direct) direct_light(path, v, seer ? turn_chance : 1);
-    close_density(path, v);
-    gather(path, v, seer);
+    if (bundle_[at_].sees != Sees::Emission) collect_light(path, v);
     if (!extend(path, v)) return;
   }
+}
+
+// By the estimators of design §5, at v.
+void ViewTracer::collect_light(const ViewPath& path, const Vertex& v) {
+  Seer* const seer = join_bundle(path);
+  if (effects_.direct) direct_light(path, v, seer ? turn_chance : 1);
+  close_density(path, v);
+  gather(path, v, seer);
 }
 
 // Depth, Normal, Albedo, alpha: of the first thing the sample meets; null: the world.

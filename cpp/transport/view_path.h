@@ -91,6 +91,7 @@ class ViewTracer {
   // the path (view_path.cpp)
   void trace_sample();
   void follow(ViewPath& path);
+  void collect_light(const ViewPath& path, const Vertex& v);
   [[nodiscard]] bool next_vertex(ViewPath& path, Vertex& vertex);
   [[nodiscard]] bool can_leave(ViewPath& path);
   void record_first(const Vertex* vertex) noexcept;

@@ -43,54 +43,97 @@ TEST(LightTrust, IsThatOfThePlace) {
   EXPECT_GT(elsewhere[1], dark[1]);
 }
 
-// Means and noise of the direct light, seen by lobes and by next-event estimation, for numbers of samples that share an estimate.
-TEST(LightSamples, KeepTheMeanAndTakeNoise) {
-  const auto scene = test::compiled(two_lamps());
-  const TransportSettings settings{.photons = 4000};
-  const Effects effects = find_effects(*scene, settings);
-  ThreadPool pool(2);
-  const std::atomic<bool> cancel{false};
-  Guide guide = make_guide(*scene, settings, effects, pool, cancel);
-  std::mutex lock;
-  Counts counts;
-  PhotonPass photon_pass(*scene, settings, effects, pool.size());
-  ViewPass view_pass(*scene, settings, effects, pool.size());
-  constexpr int passes = 48;
-  const auto render = [&](std::uint8_t light_samples) {
-    guide.samples = SampleMap(32, 1, {{1, light_samples}});
-    std::vector<std::vector<float>> films;
-    for (int pass = 0; pass < passes; ++pass) {
-      Film film(32, 32);
+// Passes of a scene whose samples a map places, each on a film of its own.
+class Passes {
+ public:
+  Passes(const SceneDescription& description, int count) : scene_(test::compiled(description)), count_(count) {}
+
+  std::vector<Film> render(const SampleCount& samples) {
+    guide_.samples = SampleMap(32, 1, {samples});
+    std::vector<Film> films;
+    for (int pass = 0; pass < count_; ++pass) {
+      Film& film = films.emplace_back(32, 32);
       PhotonSet photons;
-      const PassContext context{*scene, settings, effects, guide, pass};
-      EXPECT_TRUE(photon_pass.run(context, pool, cancel, photons, counts));
-      EXPECT_TRUE(view_pass.run(context, photons, pool, cancel, film, lock, counts));
-      films.push_back(film.image("Direct"));
+      const PassContext context{*scene_, settings_, effects_, guide_, pass};
+      EXPECT_TRUE(photon_pass_.run(context, pool_, cancel_, photons, counts_));
+      EXPECT_TRUE(view_pass_.run(context, photons, pool_, cancel_, film, lock_, counts_));
     }
     return films;
-  };
-  const auto whole = [](const std::vector<std::vector<float>>& films) {
-    test::Mean mean;
-    for (const auto& film : films) mean.add(std::accumulate(film.begin(), film.end(), 0.0) / static_cast<double>(film.size()));
-    return mean;
-  };
-  const auto noise = [](const std::vector<std::vector<float>>& films) {
-    double sum = 0;
-    for (std::size_t i = 0; i < films[0].size(); ++i) {
-      test::Mean pixel;
-      for (const auto& film : films) pixel.add(film[i]);
-      sum += square(pixel.error());
-    }
-    return sum;
-  };
-  const auto one = render(1);
+  }
+
+ private:
+  std::unique_ptr<const Scene> scene_;
+  int count_;
+  const TransportSettings settings_{.photons = 4000};
+  const Effects effects_ = find_effects(*scene_, settings_);
+  ThreadPool pool_{2};
+  const std::atomic<bool> cancel_{false};
+  Guide guide_ = make_guide(*scene_, settings_, effects_, pool_, cancel_);
+  std::mutex lock_;
+  Counts counts_;
+  PhotonPass photon_pass_{*scene_, settings_, effects_, pool_.size()};
+  ViewPass view_pass_{*scene_, settings_, effects_, pool_.size()};
+};
+
+test::Mean whole(const std::vector<Film>& films, const char* part) {
+  test::Mean mean;
+  for (const Film& film : films) {
+    const std::vector<float> image = film.image(part);
+    mean.add(std::accumulate(image.begin(), image.end(), 0.0) / static_cast<double>(image.size()));
+  }
+  return mean;
+}
+
+// Squared errors of the means of all numbers, summed up.
+double noise(const std::vector<Film>& films, const char* part) {
+  std::vector<test::Mean> pixels;
+  for (const Film& film : films) {
+    const std::vector<float> image = film.image(part);
+    pixels.resize(image.size());
+    for (std::size_t i = 0; i < image.size(); ++i) pixels[i].add(image[i]);
+  }
+  double sum = 0;
+  for (const test::Mean& pixel : pixels) sum += square(pixel.error());
+  return sum;
+}
+
+// Means and noise of the direct light, seen by lobes and by next-event estimation, for numbers of samples that share an estimate.
+TEST(LightSamples, KeepTheMeanAndTakeNoise) {
+  Passes passes(two_lamps(), 48);
+  const auto one = passes.render({1, 1});
   for (const std::uint8_t light_samples : {2, 3, 4}) {
-    const auto many = render(light_samples);
-    const test::Mean a = whole(one), b = whole(many);
+    const auto many = passes.render({1, light_samples});
+    const test::Mean a = whole(one, "Direct"), b = whole(many, "Direct");
     EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << int{light_samples};
     EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
-    EXPECT_LT(noise(many), (0.15 + 0.95 / light_samples) * noise(one)) << int{light_samples};  // the rest is the lobes'
+    EXPECT_LT(noise(many, "Direct"), (0.15 + 0.95 / light_samples) * noise(one, "Direct")) << int{light_samples};  // the rest is the lobes'
   }
+}
+
+// A lamp seen straight, in a mirror and through glass.
+SceneDescription seen_lamps() {
+  SceneDescription scene = two_lamps();
+  const int plate = test::add(scene, test::grid());
+  const auto mirror = test::one_node("mirror", "BsdfGlossy", {test::input("Color", 0.9f, 0.8f, 0.7f), test::input("Roughness", 0.0f)});
+  const auto glass = test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0.0f), test::input("IOR", 1.5f)});
+  const auto glowing = test::one_node("glowing", "Emission", {test::input("Color", 1, 0.8f, 0.6f), test::input("Strength", 5.0f)});
+  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({0.3, 0, 0.1}), test::add(scene, mirror), "Mirror");
+  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({-0.6, 0, 0.5}), test::add(scene, glass), "Pane");
+  test::place(scene, plate, test::scaling({0.4, 0.11, 1}) * test::translation({-0.3, 0.2, 0.3}), test::add(scene, glowing), "Lamp");
+  return scene;
+}
+
+TEST(EmissionSamples, KeepTheMeanAndTakeNoiseFromEmissionAlone) {
+  Passes passes(seen_lamps(), 64);
+  const auto none = passes.render({3, 1, 0}), many = passes.render({3, 1, 24});
+  const test::Mean a = whole(none, "Emission"), b = whole(many, "Emission");
+  EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error()));
+  EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
+  EXPECT_LT(noise(many, "Emission"), 0.2 * noise(none, "Emission"));
+  for (std::size_t pass = 0; pass < many.size(); ++pass)
+    for (const char* part : {"Direct", "Caustics", "Indirect", "Normal", "Albedo", "Depth"}) EXPECT_EQ(many[pass].image(part), none[pass].image(part)) << part;
+  const std::vector<float> image = many[0].image("Combined");
+  for (std::size_t i = 3; i < image.size(); i += 4) EXPECT_EQ(image[i], 1);  // alpha
 }
 
 }  // namespace
