@@ -131,29 +131,45 @@ def medians(rows: list[dict], renderer: str, column: str) -> list[tuple[float, f
     return sorted((statistics.median(r["seconds"] for r in group), statistics.median(r[column] for r in group)) for group in by_work.values())
 
 
+def build_prototype() -> str:
+    build = Path(os.environ["PYTHONPATH"].split(":")[0])
+    subprocess.run(["cmake", "--build", build, "--target", "prototype"], check=True, stdout=subprocess.DEVNULL)
+    return str(build / "prototype")
+
+
+def compare_with_floor(rows: list[dict]):
+    """Times to the floor's errors: as they were written down, of the same prototype on this machine in this run, and Sluice's. All with the
+    scene's set-up, but what was written down."""
+    ours, prototype = (medians(rows, renderer, "relmse") for renderer in ("Sluice", "Prototype"))
+    for passes, seconds, target in box.FLOOR:
+        here, found = box.seconds_to(prototype, target), box.seconds_to(ours, target)
+        said = f"{found:.2f} s" if found else "not reached"
+        if found and here:
+            said += f", {here / found:.2f} times as fast"
+        print(f"  relMSE {target:g} ({passes} passes): floor {seconds:g} s" + (f", here {here:.2f} s" if here else "") + f"; Sluice {said}")
+
+
 def error(options, scene: str) -> list[dict]:
     """Error against time on one scene."""
     work = {"seeds": options.seeds, "passes": options.passes, "samples": options.samples, "photons": options.photons}
     if scene == "cornell":
         rows = run(options.out, CORNELL, task="cornell", scene=scene, **work)
     else:
+        if scene == "box_large":
+            work |= {"prototype": build_prototype(), "prototype_passes": [passes for passes, _, _ in box.FLOOR]}
         rows = run(options.out, None, task="box", scene=scene, lamp=scene.removeprefix("box_"), **work)
     print(f"  {'':7} {'work':>12} {'seed':>4} {'seconds':>8} {'relMSE':>10} {'trimmed':>10} {'mean':>7}")
     for r in rows:
         print(f"  {r['renderer']:7} {r['work']:>12} {r['seed']:>4} {r['seconds']:8.2f} {r['relmse']:10.5f} {r['trimmed']:10.5f} {r['mean']:7.4f}")
     if scene == "box_large":
-        ours = medians(rows, "Sluice", "relmse")
-        for _, seconds, target in box.FLOOR:
-            found = box.seconds_to(ours, target)
-            cost = f"{found:.2f} s, {seconds / found:.2f} times as fast" if found else "not reached"
-            print(f"  relMSE {target:g}: floor {seconds:g} s, Sluice {cost}")
+        compare_with_floor(rows)
     plot(rows, scene, options.out / f"{scene}.png")
     return rows
 
 
 def plot(rows: list[dict], scene: str, path: Path):
     figure, axes = plt.subplots(figsize=(7, 5), dpi=110)
-    for renderer, color in (("Sluice", "#b4407e"), ("Cycles", "#7a8794")):
+    for renderer, color in (("Sluice", "#b4407e"), ("Cycles", "#7a8794"), ("Prototype", "black")):
         for column, style in (("relmse", "-o"), ("trimmed", ":o")):
             points = medians(rows, renderer, column)
             if points:

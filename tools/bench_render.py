@@ -7,6 +7,7 @@ render operator. Usage: blender -b [FILE] --python tools/bench_render.py -- '{"t
 import json
 import os
 import resource
+import subprocess
 import sys
 import tempfile
 import time
@@ -71,6 +72,16 @@ def cycles(scene, samples, seed):
     return pixels, seconds
 
 
+def prototype(program, passes, seed, photons):
+    """The same by the rebuilt prototype (tests/bench/prototype.cpp), which knows the large box alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = os.path.join(folder, "image.raw")
+        done = subprocess.run([program, *map(str, (passes, seed, out, os.cpu_count(), photons))], check=True, capture_output=True, text=True)
+        image = np.fromfile(out, np.float32).reshape(256, 256, 3).astype(np.float64)
+    setup, seconds = map(float, done.stdout.split()[:2])
+    return image, setup + seconds
+
+
 # Stops by passes alone, and paths as long as the references'
 OPEN_ENDED = {"time_limit": 0.0, "error_target": 0.0, "max_depth": 48}
 
@@ -90,6 +101,10 @@ def error_rows(task, truth, scene, box_filter):
             seconds = statistics["seconds"]["compile"] + progress["seconds"]
             write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean,
                   estimate=progress["error_estimate"])  # fmt: skip
+        for passes in task["prototype_passes"] if task.get("prototype") else ():
+            image, seconds = prototype(task["prototype"], passes, seed, task["photons"])
+            error, trimmed, mean = box.relmse(image, truth)
+            write(task, renderer="Prototype", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean)
         for samples in task["samples"]:
             image, seconds = cycles(scene, samples, seed)
             error, trimmed, mean = box.relmse(image, truth)

@@ -24,8 +24,8 @@ void check_mesh(const MeshDescription& mesh) {
   expect(triangles < most && mesh.positions.size() < most, mesh.name, "more than 1.4 billion triangles or vertices");
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t index : triangle)
-      expect(index < mesh.positions.size(), mesh.name,
-             "a triangle names vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
+      if (index >= mesh.positions.size())  // the words are made only if they are needed: triangles are many
+        throw SceneError(mesh.name, "a triangle names vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
   if (!mesh.normals.empty()) expect_size(mesh.normals.size(), corners, mesh.name, "normals");
   if (!mesh.material_slots.empty()) expect_size(mesh.material_slots.size(), triangles, mesh.name, "material slots");
   for (const UvMap& map : mesh.uv_maps) expect_size(map.corners.size(), corners, mesh.name, "UV map \"" + map.name + "\"");

@@ -177,6 +177,7 @@ void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector
       if (number == PhotonStates::none) return void(++counts.states_capped);
     }
     photon.q = number;
+    photon.met_gate = states_.gates(path.q) > 0;
   }
   photon.arrival = arrival;
   photon.depth = static_cast<std::uint8_t>(std::min(path.depth, 255));

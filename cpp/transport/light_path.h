@@ -38,7 +38,7 @@ struct LightPath {
 };
 
 // What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list of the caller's.
-class LightTracer {
+class alignas(64) LightTracer {  // threads write to theirs: no cache line is shared
  public:
   // Photons get their q from `shared_states`; null: nobody asks for it.
   LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, PhotonStates* shared_states = nullptr)

@@ -58,7 +58,7 @@ inline constexpr unsigned soft_arrivals = bit_of(Arrival::SoftCaustic) | bit_of(
 }
 
 struct Photon {
-  static constexpr int q_bits = 24;
+  static constexpr int q_bits = 23;
 
   V3f position{0};
   std::uint32_t wi = 0;      // towards where the light came from
@@ -67,6 +67,7 @@ struct Photon {
   std::uint8_t exponent = 18;
   std::uint8_t depth = 0;         // D, S, G events so far
   std::uint32_t q : q_bits = 0;   // state of the path so far, a number of PhotonStates
+  std::uint32_t met_gate : 1 = 0;  // on the way so far
   Arrival arrival : 8 = Arrival::Direct;
 
   // Rounds to 16 bits of the largest channel; flux beyond 2^127 is clamped (the caller bounds it), below 2^-127 becomes 0.

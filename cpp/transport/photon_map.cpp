@@ -32,31 +32,41 @@ void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arri
   start_.assign(buckets + 1, 0);
   for (const std::uint32_t key : keys_) ++start_[key + 1];
   for (std::uint32_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
-  photons_.resize(count);
-  x_.resize(count + 8), y_.resize(count + 8), z_.resize(count + 8);
+  resize(count);
   std::size_t i = 0;
   for (const auto& chunk : chunks) {
     if (cancel) return photons_.clear();
     for (const Photon& photon : chunk)
-      if (taken(photon)) {
-        const std::uint32_t to = start_[keys_[i++]]++;
-        photons_[to] = photon;
-        x_[to] = photon.position.x, y_[to] = photon.position.y, z_[to] = photon.position.z;
-      }
+      if (taken(photon)) put(start_[keys_[i++]]++, photon);
   }
   for (std::uint32_t b = buckets; b > 0; --b) start_[b] = start_[b - 1];  // undo the running ends
   start_[0] = 0;
 }
 
-std::size_t PhotonMap::bytes() const noexcept {
-  return photons_.capacity() * sizeof(Photon) + (x_.capacity() + y_.capacity() + z_.capacity()) * sizeof(float) +
-         (start_.capacity() + keys_.capacity()) * sizeof(std::uint32_t);
+void PhotonMap::resize(std::size_t count) {
+  photons_.resize(count);
+  for (auto* column : {&x_, &y_, &z_, &flux_[0], &flux_[1], &flux_[2]}) column->resize(count + lane_count);
+  for (auto* column : {&normal_, &tag_}) column->resize(count + lane_count);
 }
 
-int PhotonMap::ranges(const V3f& p, float radius, std::array<Range, max_ranges>& out) const noexcept {
-  const std::int64_t x0 = cell_of(p.x - radius), x1 = cell_of(p.x + radius);
-  const std::int64_t y0 = cell_of(p.y - radius), y1 = cell_of(p.y + radius);
-  const std::int64_t z0 = cell_of(p.z - radius), z1 = cell_of(p.z + radius);
+void PhotonMap::put(std::uint32_t to, const Photon& photon) noexcept {
+  photons_[to] = photon;
+  x_[to] = photon.position.x, y_[to] = photon.position.y, z_[to] = photon.position.z;
+  const Color flux = photon.flux();
+  for (int c = 0; c < 3; ++c) flux_[c][to] = flux[c];
+  normal_[to] = photon.normal, tag_[to] = tag_of(photon);
+}
+
+std::size_t PhotonMap::bytes() const noexcept {
+  std::size_t columns = start_.capacity() + keys_.capacity() + normal_.capacity() + tag_.capacity();
+  for (const auto* column : {&x_, &y_, &z_, &flux_[0], &flux_[1], &flux_[2]}) columns += column->capacity();
+  return photons_.capacity() * sizeof(Photon) + columns * sizeof(float);
+}
+
+int PhotonMap::ranges(const V3f& p, const V3f& room, Rows& out) const noexcept {
+  const std::int64_t x0 = cell_of(p.x - room.x), x1 = cell_of(p.x + room.x);
+  const std::int64_t y0 = cell_of(p.y - room.y), y1 = cell_of(p.y + room.y);
+  const std::int64_t z0 = cell_of(p.z - room.z), z1 = cell_of(p.z + room.z);
   const std::uint32_t width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, mask_ + 1));
   if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
     out[0] = {0, mask_ + 1};

@@ -27,13 +27,15 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   pool.parallel_for(chunk_count, [&](std::size_t c, int thread) {
     LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     tracer.counts.start(context.scene.edits().size()), tracer.trust = &context.guide.trust;
-    chunks_[c].clear();
+    std::vector<Photon> found = std::move(chunks_[c]);  // the thread's own while it fills: heads of neighbours share cache lines
+    found.clear();
     const int end = std::min(paths, static_cast<int>(c + 1) * paths_per_chunk);
     for (int path = static_cast<int>(c) * paths_per_chunk; path < end && !cancel.load(std::memory_order_relaxed); ++path) {
       const Sampler sampler(key, static_cast<std::uint32_t>(path));
       if (const auto photon = emit_photon(context.scene, context.guide, sampler))
-        tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler, mix(choices, static_cast<std::uint64_t>(path)), chunks_[c]);
+        tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler, mix(choices, static_cast<std::uint64_t>(path)), found);
     }
+    chunks_[c] = std::move(found);
     chunk_counts_[c] = std::move(tracer.counts);
   });
   if (cancel) return false;

@@ -80,11 +80,12 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const double extent = scene_.extent();
   const float common = common_radius(settings_, path.width + path.spread * path.length, extent);
   const V3d offset = offset_of_lookup(path, v);
-  const auto add = [&](const PhotonMap& map, const Disks& disks, float widest) {
-    if (map.size() > 0) add_density(path, v, map, disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_);
-  };
-  add(photons_->sharp, guide_->sharp_disks, widest_disk(settings_, common));
-  add(photons_->soft, guide_->soft_disks, widest_soft_disk(settings_, common, extent));
+  const auto radius = [&](const Disks& disks, float widest) { return disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_; };
+  const auto& [all, sharp, soft, states] = *photons_;
+  const float sharp_radius = sharp.size() > 0 ? radius(guide_->sharp_disks, widest_disk(settings_, common)) : 0;  // both are looked up at once
+  const float soft_radius = soft.size() > 0 ? radius(guide_->soft_disks, widest_soft_disk(settings_, common, extent)) : 0;
+  if (sharp_radius > 0) add_density(path, v, sharp, sharp_radius);
+  if (soft_radius > 0) add_density(path, v, soft, soft_radius);
 }
 
 // Where widths of disks are looked up: anywhere on the surface within half a cell, by a hash of the path that draws from no other choice's
@@ -103,7 +104,8 @@ void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const Photon
     const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     PhotonRun run{asks_photons(joins), asked, sums};
     Color caustics(0), edited(0);
-    estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
+    const auto meet = [](std::uint32_t) {};
+    const auto found = [&, joins = joins](const Photon& photon, const Color& radiance) {
       if (photon.depth > room) return void(++counts.depth_capped);
       if (run.is_new(photon)) start_run(run, photon, joins);
       if (run.is_plain) return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
@@ -112,9 +114,11 @@ void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const Photon
       ++counts.photons_gathered;
       if (sums) (is_edited(photon.arrival) ? edited : caustics) += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
       if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
-    });
+    };
+    const Sum unasked = estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, {sums && !asks_state(joins), room}, meet, found);
+    counts.photons_gathered += unasked.photons;
     if (!sums) continue;
-    add(Part::Caustics, path, caustics, {picture});
+    add(Part::Caustics, path, caustics + unasked.radiance, {picture});
     add(Part::Edited, path, edited, {picture});
   }
 }
@@ -249,7 +253,8 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
       const bool sums = path.hue < 0 && (asked & picture);
       PhotonRun run{asks_photons(joins), asked, sums};
       Color sum(0);
-      estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, [&, joins = joins](const Photon& photon, const Color& radiance) {
+      const auto meet = [&](std::uint32_t q) { note_state(state_of_[q], *arm.far); };
+      const auto found = [&, joins = joins](const Photon& photon, const Color& radiance) {
         if (photon.depth > room) return void(++counts.depth_capped);
         if (run.is_new(photon)) {
           start_run(run, photon, joins);
@@ -261,8 +266,11 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
         ++counts.photons_gathered;
         if (sums) sum += radiance, to.images &= ~picture, credit_arm(to.q, path, radiance, arm);
         if (to.images) deliver(path, radiance, arm, to);
-      });
-      if (sums) deliver(path, sum, arm, {picture});
+      };
+      const Unasked unasked{sums && !asks_state(joins), room, effects_.light_edits && arm.far};
+      const Sum plain = estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, unasked, meet, found);
+      counts.photons_gathered += plain.photons;
+      if (sums) deliver(path, sum + plain.radiance, arm, {picture});
     }
   }
 }

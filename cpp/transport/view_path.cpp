@@ -44,7 +44,7 @@ void ViewTracer::trace_sample() {
   member.layers.assign(scene_.edits().layers().size(), Color(0));
   hues_.clear();
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
-  const CameraRay camera = scene_.camera().generate(static_cast<float>(asked.x) + 0.5f + offset.x, static_cast<float>(asked.y) + 0.5f + offset.y, sampler_.pair(1));
+  const CameraRay camera = scene_.camera().generate(static_cast<float>(asked.x) + 0.5f + offset.x, static_cast<float>(asked.y) + 0.5f + offset.y, scene_.camera().has_lens() ? sampler_.pair(1) : V2f(0));
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
   path.width = camera.width, path.spread = camera.spread;
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
