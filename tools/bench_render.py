@@ -72,11 +72,11 @@ def cycles(scene, samples, seed):
     return pixels, seconds
 
 
-def prototype(program, passes, seed, photons):
+def prototype(program, passes, seed):
     """The same by the rebuilt prototype (tests/bench/prototype.cpp), which knows the large box alone."""
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "image.raw")
-        done = subprocess.run([program, *map(str, (passes, seed, out, os.cpu_count(), photons))], check=True, capture_output=True, text=True)
+        done = subprocess.run([program, *map(str, (passes, seed, out, os.cpu_count()))], check=True, capture_output=True, text=True)
         image = np.fromfile(out, np.float32).reshape(256, 256, 3).astype(np.float64)
     setup, seconds = map(float, done.stdout.split()[:2])
     return image, setup + seconds
@@ -102,7 +102,7 @@ def error_rows(task, truth, scene, box_filter):
             write(task, renderer="Sluice", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean,
                   estimate=progress["error_estimate"])  # fmt: skip
         for passes in task["prototype_passes"] if task.get("prototype") else ():
-            image, seconds = prototype(task["prototype"], passes, seed, task["photons"])
+            image, seconds = prototype(task["prototype"], passes, seed)
             error, trimmed, mean = box.relmse(image, truth)
             write(task, renderer="Prototype", work=f"{passes} passes", seed=seed, seconds=seconds, relmse=error, trimmed=trimmed, mean=mean)
         for samples in task["samples"]:

@@ -22,7 +22,7 @@ class Camera {
   Camera(const CameraDescription& camera, const FrameDescription& frame, const V3d& centre);
 
   [[nodiscard]] CameraRay generate(float x, float y, const V2f& lens) const noexcept;
-  [[nodiscard]] bool has_lens() const noexcept { return aperture_ > 0; }           // else generate() asks for no point of it
+  [[nodiscard]] bool has_lens() const noexcept { return aperture_ > 0; }           // without one, generate() reads no `lens`
   [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
   // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start behind the camera.

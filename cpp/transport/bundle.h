@@ -19,7 +19,7 @@ inline constexpr float turn_chance = static_cast<float>(turn_size) / bundle_size
 
 // What a view sample looks for. Where lamps are seen, their edges are most of the noise and cheap to sample: a walk that looks for nothing
 // else asks no light, no photon and sends no gather segment.
-enum class Sees : std::uint8_t { All, Emission, AllButEmission };
+enum class Seeks : std::uint8_t { All, Emission, AllButEmission };
 
 // What to trace: one sample of pixel (x, y) of the full frame.
 struct ViewSample {
@@ -30,7 +30,7 @@ struct ViewSample {
   float share;          // in its pixel's mean; 0: traced for the others alone
   bool has_turn;        // if the bundle shares its segments: with turn_chance
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
-  Sees sees = Sees::All;
+  Seeks seeks = Seeks::All;
   bool measures_lights = false;     // there are two of them, to see how far they lie apart
 };
 

@@ -2,9 +2,9 @@
 // Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ k over the photons on a disk, k a kernel (Jensen 1996; progressive radii: Knaus &
 // Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes to the caller, who decides about C and weights.
 #pragma once
-#include <bit>
 #include <limits>
 
+#include "transport/flat_sum.h"
 #include "transport/photon_map.h"
 #include "transport/radii.h"
 #include "transport/vertex.h"
@@ -52,11 +52,13 @@ class Receiver {
     const unsigned low = lanes.inside & static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(off, _mm256_set1_ps(disk_thickness * reach), _CMP_LE_OQ)));
     if (!low) return 0;
     const __m256i normals = map.normals(lanes);
-    const auto known = static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(normals, _mm256_set1_epi32(static_cast<int>(normal_))))));
+    const unsigned known = FlatSum::bits_of(_mm256_cmpeq_epi32(normals, _mm256_set1_epi32(static_cast<int>(normal_))));
     unsigned accepted = is_like_ ? low & known : 0;
-    for (unsigned others = low & ~known; others; others &= others - 1) {
-      const int lane = std::countr_zero(others);
-      if (has_like_normal(map[lanes.first + static_cast<std::size_t>(lane)].normal)) accepted |= 1u << lane;
+    if (low & ~known) {
+      alignas(32) std::uint32_t normal[8];
+      _mm256_store_si256(reinterpret_cast<__m256i*>(normal), normals);
+      for (unsigned others = low & ~known; others; others &= others - 1)
+        if (const int lane = std::countr_zero(others); has_like_normal(normal[lane])) accepted |= 1u << lane;
     }
     return accepted;
   }
@@ -65,7 +67,7 @@ class Receiver {
   [[nodiscard]] bool is_flat() const noexcept { return flat_lambert_; }
   [[nodiscard]] const Color& flat_f() const noexcept { return lambert_; }
   // How far such a photon may lie from the vertex along each axis.
-  [[nodiscard]] V3f room(float reach) const noexcept {
+  [[nodiscard]] V3f extent(float reach) const noexcept {
     const V3f& n = vertex_.bsdf.ng;
     const auto along = [reach](float c) { return reach * std::min(1.0f, std::sqrt(std::max(0.0f, 1 - c * c)) + disk_thickness * std::abs(c)) * 1.0001f; };
     return {along(n.x), along(n.y), along(n.z)};
@@ -116,95 +118,36 @@ class Receiver {
 // rim to see where photons are few.
 enum class Kernel : std::uint8_t { Even, Round };
 
-// Photons that may be added up without a question: those that met no gate, up to this depth.
-struct Unasked {
-  bool any = false;
-  int depth = 0;
-  bool tells_states = false;  // of theirs: meet(q) is called for each, more than once if need be
-};
-struct Sum {
-  Color radiance{0};
-  std::uint32_t photons = 0;
-};
-
-// Photons on a flat diffuse surface, eight at a time: there f and the normal are the same for all.
-#if defined(__AVX2__)
-class FlatSum {
- public:
-  // Weights are scale · (1 - falloff · distance²).
-  FlatSum(const PhotonMap& map, const Unasked& unasked, float falloff) noexcept
-      : map_(map), unasked_(unasked), falloff_(_mm256_set1_ps(falloff)), deepest_(_mm256_set1_epi32(std::min(unasked.depth, 255))) {}
-
-  // Adds those of the lanes `lying` on the surface that need no question; returns the others.
-  template <class Meet>
-  [[nodiscard]] unsigned add(const PhotonMap::Lanes& lanes, unsigned lying, Meet&& meet) noexcept {
-    const __m256i tags = map_.tags(lanes);
-    const __m256i asked = _mm256_cmpgt_epi32(_mm256_and_si256(tags, _mm256_set1_epi32(0x1ff)), deepest_);  // met_gate is 256 deep
-    const unsigned added = lying & ~bits_of(asked);
-    if (unasked_.tells_states) tell(_mm256_srli_epi32(tags, 9), added, meet);
-    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128), chosen = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(added)), bit);
-    const __m256 weight = _mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit)),
-                                        _mm256_sub_ps(_mm256_set1_ps(1), _mm256_mul_ps(lanes.distance2, falloff_)));
-    for (int c = 0; c < 3; ++c) sum_[c] = _mm256_add_ps(sum_[c], _mm256_mul_ps(weight, map_.flux(lanes, c)));
-    count_ += static_cast<std::uint32_t>(std::popcount(added));
-    return lying & ~added;
-  }
-  [[nodiscard]] Sum sum(const Color& scale) const noexcept {
-    Sum out{.photons = count_};
-    for (int c = 0; c < 3; ++c) {
-      alignas(32) float lane[8];
-      _mm256_store_ps(lane, sum_[c]);
-      out.radiance[c] = scale[c] * (((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7])));
-    }
-    return out;
-  }
-  [[nodiscard]] static unsigned bits_of(__m256i lanes) noexcept { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(lanes))); }
-
- private:
-  template <class Meet>
-  void tell(__m256i states, unsigned some, Meet&& meet) noexcept {
-    some &= ~bits_of(_mm256_cmpeq_epi32(states, _mm256_set1_epi32(static_cast<int>(told_))));
-    if (!some) return;
-    alignas(32) std::uint32_t q[8];
-    _mm256_store_si256(reinterpret_cast<__m256i*>(q), states);
-    for (; some; some &= some - 1)
-      if (const std::uint32_t state = q[std::countr_zero(some)]; state != told_) meet(told_ = state);
-  }
-
-  const PhotonMap& map_;
-  const Unasked& unasked_;
-  __m256 falloff_;
-  __m256i deepest_;
-  __m256 sum_[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
-  std::uint32_t count_ = 0, told_ = ~0u;
-};
-#endif
-
-// The sum of f Φ k over the photons that need no question, and found(photon, f Φ k) for each of the others that the kernel reaches; k
-// integrates to 1 over the surface. `radius`: r above, also of the round one. (What needs no question may come to found() as well.)
-template <Kernel kernel, class Meet, class Found>
-[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, float radius, [[maybe_unused]] const Unasked& unasked, [[maybe_unused]] Meet&& meet,
-                                          Found&& found) {
+// The sum of f Φ k over photons that the rule lets in, and found(photon, f Φ k, whether it is in the sum) for the others that the kernel reaches,
+// and for those of the sum that ask(q) wants handed over as well; k integrates to 1 over the surface. `radius`: r above, also of the round one.
+// Only flat diffuse receivers sum.
+template <Kernel kernel, class Ask, class Found>
+[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, float radius, [[maybe_unused]] const SumRule& rule,
+                                          [[maybe_unused]] Ask&& ask, Found&& found) {
   if (receiver.empty()) return {};
   constexpr bool is_round = kernel == Kernel::Round;
   const float reach = is_round ? round_reach * radius : radius, per_reach2 = 1 / square(reach), most = (is_round ? 2 : 1) / pi * per_reach2;
-  const auto hand_over = [&](const Photon& photon) {
+  const auto hand_over = [&](const Photon& photon, bool is_summed) {
     const float k = is_round ? most * std::max(0.0f, 1 - (photon.position - receiver.position()).length2() * per_reach2) : most;
-    found(photon, receiver.f(photon) * photon.flux() * k);
+    found(photon, receiver.f(photon) * photon.flux() * k, is_summed);
   };
 #if defined(__AVX2__)
-  if (unasked.any && receiver.is_flat()) {
-    FlatSum sum(map, unasked, is_round ? per_reach2 : 0);
-    map.visit(receiver.position(), reach, receiver.room(reach), [&](const PhotonMap::Lanes& lanes) {
+  if (rule.sums && receiver.is_flat()) {
+    FlatSum sum(map, rule, is_round ? per_reach2 : 0);
+    map.visit(receiver.position(), reach, receiver.extent(reach), [&](const PhotonMap::Lanes& lanes) {
       const unsigned lying = receiver.accepts(map, lanes, reach);
       if (!lying) return;
-      for (unsigned others = sum.add(lanes, lying, meet); others; others &= others - 1) hand_over(map[lanes.first + static_cast<std::size_t>(std::countr_zero(others))]);
+      const auto [summed, handed_over] = sum.add(lanes, lying, ask);
+      for (unsigned left = handed_over; left; left &= left - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+        hand_over(map[lanes.first + lane], (summed >> lane) & 1);
+      }
     });
     return sum.sum(receiver.flat_f() * most);
   }
 #endif
-  map.query(receiver.position(), reach, receiver.room(reach), [&](const Photon& photon) {
-    if (receiver.accepts(photon, reach)) hand_over(photon);
+  map.query(receiver.position(), reach, receiver.extent(reach), [&](const Photon& photon) {
+    if (receiver.accepts(photon, reach)) hand_over(photon, false);
   });
   return {};
 }

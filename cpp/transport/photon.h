@@ -67,7 +67,7 @@ struct Photon {
   std::uint8_t exponent = 18;
   std::uint8_t depth = 0;         // D, S, G events so far
   std::uint32_t q : q_bits = 0;   // state of the path so far, a number of PhotonStates
-  std::uint32_t met_gate : 1 = 0;  // on the way so far
+  std::uint32_t met_gate : 1 = 0;  // on the way so far, as all light that arrives as edited has
   Arrival arrival : 8 = Arrival::Direct;
 
   // Rounds to 16 bits of the largest channel; flux beyond 2^127 is clamped (the caller bounds it), below 2^-127 becomes 0.

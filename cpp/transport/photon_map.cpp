@@ -63,10 +63,10 @@ std::size_t PhotonMap::bytes() const noexcept {
   return photons_.capacity() * sizeof(Photon) + columns * sizeof(float);
 }
 
-int PhotonMap::ranges(const V3f& p, const V3f& room, Rows& out) const noexcept {
-  const std::int64_t x0 = cell_of(p.x - room.x), x1 = cell_of(p.x + room.x);
-  const std::int64_t y0 = cell_of(p.y - room.y), y1 = cell_of(p.y + room.y);
-  const std::int64_t z0 = cell_of(p.z - room.z), z1 = cell_of(p.z + room.z);
+int PhotonMap::ranges(const V3f& p, const V3f& extent, Rows& out) const noexcept {
+  const std::int64_t x0 = cell_of(p.x - extent.x), x1 = cell_of(p.x + extent.x);
+  const std::int64_t y0 = cell_of(p.y - extent.y), y1 = cell_of(p.y + extent.y);
+  const std::int64_t z0 = cell_of(p.z - extent.z), z1 = cell_of(p.z + extent.z);
   const std::uint32_t width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, mask_ + 1));
   if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
     out[0] = {0, mask_ + 1};

@@ -29,9 +29,9 @@ class PhotonMap {
   [[nodiscard]] const Photon& operator[](std::size_t index) const noexcept { return photons_[index]; }
 
   // Calls found(photon) for each photon within `radius` of `p`, in an order that depends on the map alone; those that lie further away than
-  // `room` along an axis may be left out.
+  // `extent` along an axis may be left out.
   template <class Found>
-  void query(const V3f& p, float radius, const V3f& room, Found&& found) const;
+  void query(const V3f& p, float radius, const V3f& extent, Found&& found) const;
   template <class Found>
   void query(const V3f& p, float radius, Found&& found) const {
     query(p, radius, V3f(radius), found);
@@ -46,16 +46,16 @@ class PhotonMap {
   };
   // The same, eight at a time: calls look(lanes).
   template <class Look>
-  void visit(const V3f& p, float radius, const V3f& room, Look&& look) const;
+  void visit(const V3f& p, float radius, const V3f& extent, Look&& look) const;
 
   // What sums of photons need of lanes, from columns of their own.
   [[nodiscard]] __m256i normals(const Lanes& lanes) const noexcept { return load(&normal_[lanes.first]); }
   [[nodiscard]] __m256i tags(const Lanes& lanes) const noexcept { return load(&tag_[lanes.first]); }  // see tag_of
   [[nodiscard]] __m256 flux(const Lanes& lanes, int channel) const noexcept { return _mm256_loadu_ps(&flux_[channel][lanes.first]); }
 #endif
-  // Depth in the lowest byte, met_gate above it, then q.
+  static constexpr int tag_depth = 0xff, tag_gate = 0x100, tag_bits_below_q = 9;
   [[nodiscard]] static std::uint32_t tag_of(const Photon& photon) noexcept {
-    return static_cast<std::uint32_t>(photon.q) << 9 | static_cast<std::uint32_t>(photon.met_gate) << 8 | photon.depth;
+    return static_cast<std::uint32_t>(photon.q) << tag_bits_below_q | (photon.met_gate ? tag_gate : 0) | photon.depth;
   }
 
  private:
@@ -71,8 +71,8 @@ class PhotonMap {
   [[nodiscard]] std::uint32_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const noexcept {
     return static_cast<std::uint32_t>(x + y * 73856093 + z * 19349663) & mask_;
   }
-  [[nodiscard]] int ranges(const V3f& p, const V3f& room, Rows& out) const noexcept;
-  [[nodiscard]] std::span<const Range> rows_of(const V3f& p, const V3f& room, Rows& rows) const noexcept;
+  [[nodiscard]] int ranges(const V3f& p, const V3f& extent, Rows& out) const noexcept;
+  [[nodiscard]] std::span<const Range> rows_of(const V3f& p, const V3f& extent, Rows& rows) const noexcept;
   void resize(std::size_t count);
   void put(std::uint32_t to, const Photon& photon) noexcept;
 #if defined(__AVX2__)
@@ -89,8 +89,8 @@ class PhotonMap {
 };
 
 // The runs of photons that may lie there, on their way into the cache.
-inline std::span<const PhotonMap::Range> PhotonMap::rows_of(const V3f& p, const V3f& room, Rows& rows) const noexcept {
-  const std::span found = std::span(rows).first(static_cast<std::size_t>(ranges(p, room, rows)));
+inline std::span<const PhotonMap::Range> PhotonMap::rows_of(const V3f& p, const V3f& extent, Rows& rows) const noexcept {
+  const std::span found = std::span(rows).first(static_cast<std::size_t>(ranges(p, extent, rows)));
   for (Range& row : found) {
     row = {start_[row.begin], start_[row.end]};
     __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
@@ -100,11 +100,11 @@ inline std::span<const PhotonMap::Range> PhotonMap::rows_of(const V3f& p, const 
 
 #if defined(__AVX2__)
 template <class Look>
-void PhotonMap::visit(const V3f& p, float radius, const V3f& room, Look&& look) const {
+void PhotonMap::visit(const V3f& p, float radius, const V3f& extent, Look&& look) const {
   if (photons_.empty()) return;
   const __m256 px = _mm256_set1_ps(p.x), py = _mm256_set1_ps(p.y), pz = _mm256_set1_ps(p.z), r2 = _mm256_set1_ps(radius * radius);
   Rows rows;
-  for (const auto& [begin, end] : rows_of(p, room, rows))
+  for (const auto& [begin, end] : rows_of(p, extent, rows))
     for (std::uint32_t i = begin; i < end; i += lane_count) {
       const __m256 x = _mm256_sub_ps(_mm256_loadu_ps(&x_[i]), px), y = _mm256_sub_ps(_mm256_loadu_ps(&y_[i]), py);
       const __m256 z = _mm256_sub_ps(_mm256_loadu_ps(&z_[i]), pz);
@@ -117,7 +117,7 @@ void PhotonMap::visit(const V3f& p, float radius, const V3f& room, Look&& look) 
 #endif
 
 template <class Found>
-void PhotonMap::query(const V3f& p, float radius, const V3f& room, Found&& found) const {
+void PhotonMap::query(const V3f& p, float radius, const V3f& extent, Found&& found) const {
   // Photons lie far apart in memory: while some are fetched, others are looked for.
   std::array<const Photon*, 32> waiting;
   std::size_t count = 0;
@@ -131,13 +131,13 @@ void PhotonMap::query(const V3f& p, float radius, const V3f& room, Found&& found
     waiting[count++] = &photon;
   };
 #if defined(__AVX2__)
-  visit(p, radius, room, [&](const Lanes& some) {
+  visit(p, radius, extent, [&](const Lanes& some) {
     for (unsigned inside = some.inside; inside; inside &= inside - 1) wait_for(photons_[some.first + static_cast<std::uint32_t>(std::countr_zero(inside))]);
   });
 #else
   if (photons_.empty()) return;
   Rows rows;
-  for (const auto& [begin, end] : rows_of(p, room, rows))
+  for (const auto& [begin, end] : rows_of(p, extent, rows))
     for (std::uint32_t i = begin; i < end; ++i) {
       const float dx = x_[i] - p.x, dy = y_[i] - p.y, dz = z_[i] - p.z;
       if (dx * dx + (dy * dy + dz * dz) < radius * radius) wait_for(photons_[i]);

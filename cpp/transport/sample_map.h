@@ -32,7 +32,8 @@ class SampleMap {
   }
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;
-    for (const SampleCount& count : counts_) h = mix(h, static_cast<std::uint64_t>(count.samples) << 16 | static_cast<std::uint64_t>(count.light_samples) << 8 | count.emission_samples);
+    for (const SampleCount& c : counts_)
+      h = mix(h, static_cast<std::uint64_t>(c.samples) << 16 | static_cast<std::uint64_t>(c.light_samples) << 8 | c.emission_samples);
     return h;
   }
 

@@ -39,7 +39,9 @@ struct Block {
   // Of emission. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs
   // between pixels counts too.
   [[nodiscard]] double relative_of_emission(double image_mean) const {
-    const V3d seen = emission / pairs, edges = emission2 / pairs - seen * seen;
+    const V3d seen = emission / pairs;
+    V3d edges = emission2 / pairs - seen * seen;
+    for (int c = 0; c < 3; ++c) edges[c] = std::max(0.0, edges[c]);  // rounding
     return relative_variance(emission_variance / pairs + edges, mean / pairs, image_mean);
   }
   // Least noise for the time: as the root of the noise of one sample against that of the rest, each for its cost.
@@ -125,7 +127,7 @@ std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double imag
   std::vector<SampleCount> counts;
   for (const Wanted& w : wanted) {
     SampleCount count{rounded(w.samples, 1, SampleMap::most), static_cast<std::uint8_t>(w.lights), rounded(w.emission, 0, SampleMap::most_of_emission)};
-    if (count.emission_samples <= count.samples) count.emission_samples = 0;  // the others see as much
+    if (count.emission_samples <= count.samples) count.emission_samples = 0;  // the others see as much (and what was meant for them is left)
     counts.push_back(count);
   }
   return counts;

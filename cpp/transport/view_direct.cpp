@@ -188,7 +188,7 @@ void ViewTracer::surface_emission(const ViewPath& path, const LightSegment& segm
 void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms) {
   if (is_black(radiance)) return;
   const bool is_direct = segment.pdf > 0;
-  if (bundle_[at_].sees == (is_direct ? Sees::Emission : Sees::AllButEmission)) return;
+  if (bundle_[at_].seeks == (is_direct ? Seeks::Emission : Seeks::AllButEmission)) return;  // other samples of the pixel have it
   if (is_direct) {
     if (!effects_.direct) return;
     if (light >= 0) {

@@ -153,7 +153,7 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
 
 // A view edit takes the path: every exit shows its place (paper §4.3), so copies add.
 void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) {
-  EditCounts& count = counts.of_edit(crossing.edit);
+  EditCounts& count = of_view_edit(crossing.edit);
   ++count.matched;
   if (path.gates >= scene_.edits().max_gates()) {
     ++count.capped, ++counts.gates_capped;
@@ -177,7 +177,7 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
   apply_gate(copy, *passage, weight);
   if (is_black(copy.weight)) return;
   ++branch_count_;
-  ++counts.of_edit(crossing.edit).moved;
+  ++of_view_edit(crossing.edit).moved;
 }
 
 void ViewTracer::apply_gate(ViewPath& path, const Passage& passage, float weight) {

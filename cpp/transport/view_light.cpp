@@ -80,9 +80,12 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   const double extent = scene_.extent();
   const float common = common_radius(settings_, path.width + path.spread * path.length, extent);
   const V3d offset = offset_of_lookup(path, v);
-  const auto radius = [&](const Disks& disks, float widest) { return disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_; };
-  const auto& [all, sharp, soft, states] = *photons_;
-  const float sharp_radius = sharp.size() > 0 ? radius(guide_->sharp_disks, widest_disk(settings_, common)) : 0;  // both are looked up at once
+  const auto radius = [&](const Disks& disks, float widest) {
+    return disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_;
+  };
+  const PhotonMap &sharp = photons_->sharp, &soft = photons_->soft;
+  // One look-up after the other, so that memory fetches both.
+  const float sharp_radius = sharp.size() > 0 ? radius(guide_->sharp_disks, widest_disk(settings_, common)) : 0;
   const float soft_radius = soft.size() > 0 ? radius(guide_->soft_disks, widest_soft_disk(settings_, common, extent)) : 0;
   if (sharp_radius > 0) add_density(path, v, sharp, sharp_radius);
   if (soft_radius > 0) add_density(path, v, soft, soft_radius);
@@ -98,27 +101,28 @@ V3d ViewTracer::offset_of_lookup(const ViewPath& path, const Vertex& v) const no
 }
 
 void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {
-  const int room = settings_.max_depth - path.depth - 1;
+  const int left = settings_.max_depth - path.depth - 1;  // events
   for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
     const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
     PhotonRun run{asks_photons(joins), asked, sums};
     Color caustics(0), edited(0);
-    const auto meet = [](std::uint32_t) {};
-    const auto found = [&, joins = joins](const Photon& photon, const Color& radiance) {
-      if (photon.depth > room) return void(++counts.depth_capped);
-      if (run.is_new(photon)) start_run(run, photon, joins);
+    const auto ask = [&, joins = joins](std::uint32_t q) { return start_run(run, q, joins), answer_of(run); };
+    const auto found = [&, joins = joins](const Photon& photon, const Color& radiance, bool is_summed) {
+      if (photon.depth > left) return void(++counts.depth_capped);
+      if (run.is_new(photon)) start_run(run, photon.q, joins);
       if (run.is_plain) return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
       Joined to = counted(run.to);
       if (!to.images) return;
-      ++counts.photons_gathered;
-      if (sums) (is_edited(photon.arrival) ? edited : caustics) += radiance, to.images &= ~picture, credit_radiance(to.q, radiance * path.weight);
+      counts.photons_gathered += !is_summed;
+      if (sums && !is_summed) (is_edited(photon.arrival) ? edited : caustics) += radiance, credit_radiance(to.q, radiance * path.weight);
+      if (sums) to.images &= ~picture;
       if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
     };
-    const Sum unasked = estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, {sums && !asks_state(joins), room}, meet, found);
-    counts.photons_gathered += unasked.photons;
+    const Sum sum = estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, {sums, left, asks_state(joins)}, ask, found);
+    counts.photons_gathered += sum.photons;
     if (!sums) continue;
-    add(Part::Caustics, path, caustics + unasked.radiance, {picture});
+    add(Part::Caustics, path, caustics + sum.radiance, {picture});
     add(Part::Edited, path, edited, {picture});
   }
 }
@@ -245,32 +249,34 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 // Photon density at y, `length` from v: all photons with q in C. Those that came straight from a light are kept only where it is
 // hidden from next-event estimation or too near for it.
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
-  const int room = settings_.max_depth - path.depth - 2;
+  const int left = settings_.max_depth - path.depth - 2;  // events
   for (const Arm& arm : arms) {
     if (!arm.far && is_black(arm.weight)) continue;
     for (const auto& [mask, joins, asked] : groups_of(arm.joins, y, arm.images)) {
       ++counts.gathers;
       const bool sums = path.hue < 0 && (asked & picture);
       PhotonRun run{asks_photons(joins), asked, sums};
-      Color sum(0);
-      const auto meet = [&](std::uint32_t q) { note_state(state_of_[q], *arm.far); };
-      const auto found = [&, joins = joins](const Photon& photon, const Color& radiance) {
-        if (photon.depth > room) return void(++counts.depth_capped);
-        if (run.is_new(photon)) {
-          start_run(run, photon, joins);
-          if (arm.far) note_state(state_of_[run.q], *arm.far);
-        }
-        if (run.is_plain) return void((++counts.photons_gathered, sum += radiance));
+      Color found_sum(0);
+      const auto ask = [&, joins = joins](std::uint32_t q) {
+        start_run(run, q, joins);
+        if (arm.far) note_state(state_of_[q], *arm.far);
+        return answer_of(run);
+      };
+      const auto found = [&](const Photon& photon, const Color& radiance, bool is_summed) {
+        if (photon.depth > left) return void(++counts.depth_capped);
+        if (run.is_new(photon)) ask(photon.q);
+        if (run.is_plain) return void((++counts.photons_gathered, found_sum += radiance));
         Joined to = counted(run.to);
         if (!to.images) return;
-        ++counts.photons_gathered;
-        if (sums) sum += radiance, to.images &= ~picture, credit_arm(to.q, path, radiance, arm);
+        counts.photons_gathered += !is_summed;
+        if (sums && !is_summed) found_sum += radiance, credit_arm(to.q, path, radiance, arm);
+        if (sums) to.images &= ~picture;
         if (to.images) deliver(path, radiance, arm, to);
       };
-      const Unasked unasked{sums && !asks_state(joins), room, effects_.light_edits && arm.far};
-      const Sum plain = estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, unasked, meet, found);
-      counts.photons_gathered += plain.photons;
-      if (sums) deliver(path, sum + plain.radiance, arm, {picture});
+      const SumRule rule{sums, left, asks_state(joins) || (effects_.light_edits && arm.far)};
+      const Sum sum = estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, rule, ask, found);
+      counts.photons_gathered += sum.photons;
+      if (sums) deliver(path, found_sum + sum.radiance, arm, {picture});
     }
   }
 }

@@ -48,68 +48,82 @@ std::uint64_t number_of(const PassContext& context, const Pixel& pixel) noexcept
   return static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) + static_cast<std::uint64_t>(pixel.x);
 }
 
-// Sample `round` of a pixel in this pass.
+// A pixel's sample `round` in this pass, of so many, by the sequence of the key.
+Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t samples, std::uint32_t round) noexcept {
+  return Sampler(key, static_cast<std::uint32_t>(context.pass / stream_count) * samples + round, static_cast<std::uint32_t>(context.pass % stream_count));
+}
+
 ViewSample sample_of(const PassContext& context, const PixelGroup& group, const Pixel& pixel, std::uint32_t round) {
-  const std::uint64_t number = number_of(context, pixel), key = key_of(context.settings.seed, Purpose::View, number);
+  const std::uint64_t number = number_of(context, pixel);
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
-  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  const std::uint32_t index = static_cast<std::uint32_t>(context.pass / stream_count);
   const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
   return {.x = pixel.x,
           .y = pixel.y,
-          .sampler = Sampler(key, index * pixel.count.samples + round, stream),
-          .turn = Sampler(mix(group.key(), round), index * turn_size + place, stream),
+          .sampler = sampler_of(context, key_of(context.settings.seed, Purpose::View, number), pixel.count.samples, round),
+          .turn = sampler_of(context, mix(group.key(), round), turn_size, place),
           .key = round == 0 ? choices : mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
           .has_turn = pixel.has_turn,
           .light_samples = pixel.count.light_samples,
-          .sees = pixel.count.emission_samples > 0 ? Sees::AllButEmission : Sees::All};
+          .seeks = pixel.count.emission_samples > 0 ? Seeks::AllButEmission : Seeks::All};
 }
 
 // The same of those of emission alone: points of a sequence of their own.
 ViewSample emission_sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round) {
-  const std::uint64_t key = key_of(context.settings.seed, Purpose::Emission, number_of(context, pixel)), choices = mix(key, static_cast<std::uint64_t>(context.pass));
-  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  const std::uint64_t key = key_of(context.settings.seed, Purpose::Emission, number_of(context, pixel));
   return {.x = pixel.x,
           .y = pixel.y,
-          .sampler = Sampler(key, index * pixel.count.emission_samples + round, stream),
+          .sampler = sampler_of(context, key, pixel.count.emission_samples, round),
           .turn = {},
-          .key = mix(choices, round),
-          .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.emission_samples) : 0,
+          .key = mix(mix(key, static_cast<std::uint64_t>(context.pass)), round),
+          .share = 1 / static_cast<float>(pixel.count.emission_samples),
           .has_turn = false,
-          .sees = Sees::Emission};
+          .seeks = Seeks::Emission};
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
   return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
 }
 
-// In rounds: a bundle takes at most one sample of a pixel.
-void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box, ViewTracer& tracer, TileSamples& tile) {
+// In rounds: a bundle takes at most one sample of a pixel. Adds `count` samples of each to the tile, as made by sample(pixel, round).
+template <class Count, class Sample>
+void trace_rounds(const PixelGroup& group, const Film::Box& box, const Count& count_of, const Sample& sample, ViewTracer& tracer, TileSamples& tile) {
   std::array<ViewSample, bundle_size> bundle;
   std::array<const Pixel*, bundle_size> pixel;
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
-    for (const Pixel& p : group.pixels()) {
-      const std::uint32_t whole = p.count.samples;
-      if (round >= whole + p.count.emission_samples) continue;
-      bundle[count] = round < whole ? sample_of(context, group, p, round) : emission_sample_of(context, p, round - whole);
-      pixel[count++] = &p;
-    }
+    for (const Pixel& p : group.pixels())
+      if (count_of(p) > round) {
+        bundle[count] = sample(p, round);
+        pixel[count++] = &p;
+      }
     if (count == 0) break;
     tracer.trace(std::span(bundle).first(count));
     for (std::size_t i = 0; i < count; ++i)
-      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i), bundle[i].share * static_cast<float>(pixel[i]->count.samples));
+      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i));
   }
+}
+
+// Means of the pixels' samples, and of those of emission alone: these come in bundles of their own, which share nothing.
+void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box, ViewTracer& tracer, TileSamples& tile) {
+  const auto scale = [&](const Pixel& p, float factor) {
+    if (p.is_inside) tile.scale(index_in(box, p), factor);
+  };
+  const auto emission_of = [](const Pixel& p) -> std::uint32_t { return p.is_inside ? p.count.emission_samples : 0; };
+  trace_rounds(group, box, emission_of, [&](const Pixel& p, std::uint32_t round) { return emission_sample_of(context, p, round); }, tracer, tile);
   for (const Pixel& p : group.pixels())
-    if (p.is_inside) tile.scale(index_in(box, p), 1 / static_cast<float>(p.count.samples));
+    if (emission_of(p) > 0) scale(p, static_cast<float>(p.count.samples) / static_cast<float>(p.count.emission_samples));
+  const auto all_of = [](const Pixel& p) -> std::uint32_t { return p.count.samples; };
+  trace_rounds(group, box, all_of, [&](const Pixel& p, std::uint32_t round) { return sample_of(context, group, p, round); }, tracer, tile);
+  for (const Pixel& p : group.pixels()) scale(p, 1 / static_cast<float>(p.count.samples));  // once, so that alpha is exactly 1
 }
 
 }  // namespace
 
-void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers, float weight) {
-  PixelSample weighted = sample;
-  samples[pixel] += weighted *= weight;
-  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l] * weight;
+void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers) {
+  samples[pixel] += sample;
+  for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l];
 }
 
 void TileSamples::scale(std::size_t pixel, float factor) {

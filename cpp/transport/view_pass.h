@@ -16,7 +16,7 @@ namespace sluice {
 struct TileSamples {
   std::vector<PixelSample> samples;
   std::vector<Color> layers;  // one after the other for each pixel
-  void add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers, float weight);
+  void add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers);
   void scale(std::size_t pixel, float factor);
 };
 

@@ -40,15 +40,17 @@ void ViewTracer::trace_sample() {
   const ViewSample& asked = bundle_[at_];
   sampler_ = asked.sampler, key_ = asked.key, draws_ = 0;
   BundleMember& member = self();
-  member.sample = {}, member.light_variance = V3d(0), recorded_ = asked.sees == Sees::Emission;
+  member.sample = {}, member.light_variance = V3d(0), recorded_ = asked.seeks == Seeks::Emission;
   member.layers.assign(scene_.edits().layers().size(), Color(0));
   hues_.clear();
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
-  const CameraRay camera = scene_.camera().generate(static_cast<float>(asked.x) + 0.5f + offset.x, static_cast<float>(asked.y) + 0.5f + offset.y, scene_.camera().has_lens() ? sampler_.pair(1) : V2f(0));
+  const V2f on_lens = scene_.camera().has_lens() ? sampler_.pair(1) : V2f(0);
+  const float x = static_cast<float>(asked.x) + 0.5f + offset.x, y = static_cast<float>(asked.y) + 0.5f + offset.y;
+  const CameraRay camera = scene_.camera().generate(x, y, on_lens);
   ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
   path.width = camera.width, path.spread = camera.spread;
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
-  ++counts.view_paths;
+  counts.view_paths += asked.seeks != Seeks::Emission;
   branches_[0] = path;
   branch_count_ = 1, budget_ = {};
   while (branch_count_ > 0) {
@@ -93,7 +95,7 @@ void ViewTracer::follow(ViewPath& path) {
     record_first(&v);
     surface_emission(path, segment_of(path), v, arm_of(path));
     if (path.depth + 1 > settings_.max_depth) return void(counts.depth_capped += v.bsdf.count > 0);
-    if (bundle_[at_].sees != Sees::Emission) collect_light(path, v);
+    if (bundle_[at_].seeks != Seeks::Emission) collect_light(path, v);
     if (!extend(path, v)) return;
   }
 }

@@ -43,7 +43,7 @@ struct ViewPath {
 };
 
 // What traces view samples on one of `threads` threads.
-class alignas(64) ViewTracer {  // no cache line is shared
+class alignas(64) ViewTracer {  // threads write to theirs: no cache line is shared
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
       : scene_(scene), settings_(settings), effects_(effects), gates_in_view_(scene.gates_in_view()), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
@@ -130,6 +130,8 @@ class alignas(64) ViewTracer {  // no cache line is shared
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
   [[nodiscard]] bool go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& exit, float weight);
+  // Walks for emission alone would count a pixel's paths twice.
+  [[nodiscard]] EditCounts& of_view_edit(int edit) noexcept { return bundle_[at_].seeks == Seeks::Emission ? uncounted_ : counts.of_edit(edit); }
   [[nodiscard]] bool may_take(const ViewPath& path, const Crossing& crossing) const noexcept;
   [[nodiscard]] int pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
@@ -213,13 +215,17 @@ class alignas(64) ViewTracer {  // no cache line is shared
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
   [[nodiscard]] Joined join_behind(int joins, StateId q, const Vertex& vertex, Event e);
   [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
-  // The photon begins a run of those in its state.
-  void start_run(PhotonRun& run, const Photon& photon, int joins) noexcept {
-    run.q = photon.q;
+  // A run of photons in state q begins.
+  void start_run(PhotonRun& run, std::uint32_t q, int joins) noexcept {
+    run.q = q;
     run.is_plain = run.sums && !asks_state(joins) && states_.gates(state_of_[run.q]) == 0;
     if (!run.is_plain) join_run(run, joins);
   }
   void join_run(PhotonRun& run, int joins) noexcept;  // asks C what becomes of them
+  // Of those that met no gate.
+  [[nodiscard]] SumAnswer answer_of(const PhotonRun& run) const noexcept {
+    return {run.is_plain || ((run.to.images & picture) && states_.gates(run.to.q) == 0), !run.is_plain};
+  }
   [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
   [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
   [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.event_class(e, vertex.hit)); }
@@ -266,6 +272,7 @@ class alignas(64) ViewTracer {  // no cache line is shared
   std::uint64_t key_ = 0, draws_ = 0;
   bool recorded_ = false;
   Joins joins_;
+  EditCounts uncounted_;
   std::vector<HueStep> hues_;
   std::vector<Crossing> crossings_;
   std::vector<LampHit> lamps_;         // of one segment; room for all there are
