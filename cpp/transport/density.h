@@ -48,8 +48,8 @@ class Receiver {
     const V3f& n = vertex_.bsdf.ng;
     const auto times = [](const __m256& a, float b) { return _mm256_mul_ps(a, _mm256_set1_ps(b)); };
     const __m256 height = _mm256_add_ps(times(lanes.x, n.x), _mm256_add_ps(times(lanes.y, n.y), times(lanes.z, n.z)));
-    const __m256 off = _mm256_andnot_ps(_mm256_set1_ps(-0.0f), height);
-    const unsigned low = lanes.inside & static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(off, _mm256_set1_ps(disk_thickness * reach), _CMP_LE_OQ)));
+    const __m256 off = _mm256_andnot_ps(_mm256_set1_ps(-0.0f), height), is_low = _mm256_cmp_ps(off, _mm256_set1_ps(disk_thickness * reach), _CMP_LE_OQ);
+    const unsigned low = lanes.inside & FlatSum::bits_of(_mm256_castps_si256(is_low));
     if (!low) return 0;
     const __m256i normals = map.normals(lanes);
     const unsigned known = FlatSum::bits_of(_mm256_cmpeq_epi32(normals, _mm256_set1_epi32(static_cast<int>(normal_))));
@@ -69,7 +69,9 @@ class Receiver {
   // How far such a photon may lie from the vertex along each axis.
   [[nodiscard]] V3f extent(float reach) const noexcept {
     const V3f& n = vertex_.bsdf.ng;
-    const auto along = [reach](float c) { return reach * std::min(1.0f, std::sqrt(std::max(0.0f, 1 - c * c)) + disk_thickness * std::abs(c)) * 1.0001f; };
+    const auto along = [reach](float c) {
+      return 1.0001f * reach * std::min(1.0f, std::sqrt(std::max(0.0f, 1 - c * c)) + disk_thickness * std::abs(c));  // rounding
+    };
     return {along(n.x), along(n.y), along(n.z)};
   }
   // f(wi -> wo) as the photon's own place has it: its direction to the eye, its normal. On a curved surface with a sharp lobe the

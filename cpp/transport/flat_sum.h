@@ -38,11 +38,13 @@ class FlatSum {
   template <class Ask>
   [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, Ask&& ask) {
     const __m256i tags = map_.tags(lanes);
-    const __m256i depth_or_gate = _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));  // a gate is deeper than any depth
+    // A gate is deeper than any depth.
+    const __m256i depth_or_gate = _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));
     const unsigned out = lying & bits_of(_mm256_cmpgt_epi32(depth_or_gate, deepest_));
     Split split{lying & ~out, out};
     if (rule_.asks) ask_states(_mm256_srli_epi32(tags, PhotonMap::tag_bits_below_q), split, ask);
-    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128), chosen = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(split.summed)), bit);
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    const __m256i chosen = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(split.summed)), bit);
     const __m256 falls = _mm256_sub_ps(_mm256_set1_ps(1), _mm256_mul_ps(lanes.distance2, falloff_));
     const __m256 weight = _mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit)), falls);
     for (int c = 0; c < 3; ++c) sum_[c] = _mm256_add_ps(sum_[c], _mm256_mul_ps(weight, map_.flux(lanes, c)));

@@ -132,7 +132,8 @@ void PhotonMap::query(const V3f& p, float radius, const V3f& extent, Found&& fou
   };
 #if defined(__AVX2__)
   visit(p, radius, extent, [&](const Lanes& some) {
-    for (unsigned inside = some.inside; inside; inside &= inside - 1) wait_for(photons_[some.first + static_cast<std::uint32_t>(std::countr_zero(inside))]);
+    for (unsigned inside = some.inside; inside; inside &= inside - 1)
+      wait_for(photons_[some.first + static_cast<std::uint32_t>(std::countr_zero(inside))]);
   });
 #else
   if (photons_.empty()) return;

@@ -14,7 +14,7 @@ constexpr double cost_without_lights = 4.5, cost_of_emission = 1;
 constexpr double most_light_samples = 4;
 constexpr std::uint32_t pilot_light_samples = 2;
 constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
-constexpr double wanted_mean = 1.5;  // samples of a pixel; fewer leave nothing to place, more make passes long
+constexpr double wanted_mean = 1.5;  // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
 
 // What pairs of samples in one block say, summed up.
 struct Block {
@@ -91,7 +91,13 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
     const auto emission = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Emission)]); };
     const V3d seen = (emission(0) + emission(1)) / 2, of_emission = emission(0) - emission(1), of_rest = a - b - of_emission;
-    blocks[block_of[i]] += {(a + b) / 2, of_rest * of_rest / 2, (lights[0][i] + lights[1][i]) / 2, seen, seen * seen, of_emission * of_emission / 2, 1};
+    blocks[block_of[i]] += {.mean = (a + b) / 2,
+                            .variance = of_rest * of_rest / 2,
+                            .lights = (lights[0][i] + lights[1][i]) / 2,
+                            .emission = seen,
+                            .emission2 = seen * seen,
+                            .emission_variance = of_emission * of_emission / 2,
+                            .pairs = 1};
   }
 }
 
@@ -123,10 +129,14 @@ std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double imag
   }
   if (!(time > 0) || !std::isfinite(time)) return {};
   const double factor = wanted_mean * evenly / time;
-  const auto rounded = [factor](double count, double least, double most) { return static_cast<std::uint8_t>(std::clamp(std::round(factor * count), least, most)); };
+  const auto rounded = [factor](double count, double least, double most) {
+    return static_cast<std::uint8_t>(std::clamp(std::round(factor * count), least, most));
+  };
   std::vector<SampleCount> counts;
   for (const Wanted& w : wanted) {
-    SampleCount count{rounded(w.samples, 1, SampleMap::most), static_cast<std::uint8_t>(w.lights), rounded(w.emission, 0, SampleMap::most_of_emission)};
+    SampleCount count{.samples = rounded(w.samples, 1, SampleMap::most),
+                      .light_samples = static_cast<std::uint8_t>(w.lights),
+                      .emission_samples = rounded(w.emission, 0, SampleMap::most_of_emission)};
     if (count.emission_samples <= count.samples) count.emission_samples = 0;  // the others see as much (and what was meant for them is left)
     counts.push_back(count);
   }

@@ -50,7 +50,8 @@ std::uint64_t number_of(const PassContext& context, const Pixel& pixel) noexcept
 
 // A pixel's sample `round` in this pass, of so many, by the sequence of the key.
 Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t samples, std::uint32_t round) noexcept {
-  return Sampler(key, static_cast<std::uint32_t>(context.pass / stream_count) * samples + round, static_cast<std::uint32_t>(context.pass % stream_count));
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+  return Sampler(key, index * samples + round, stream);
 }
 
 ViewSample sample_of(const PassContext& context, const PixelGroup& group, const Pixel& pixel, std::uint32_t round) {

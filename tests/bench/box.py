@@ -37,15 +37,25 @@ def build(lamp="large"):
         m.quad(name, [corner[c] for c in corners.split()], paint)
     half, radiance = LAMPS[lamp]
     square = ((-half, -half), (half, -half), (half, half), (-half, half))
-    m.quad("Lamp", [(x, 0.999, z) for x, z in square], m.lamp("Light", (1, 1, 1), radiance))
-    # Meshes emit on both sides: a black lid close above leaves the lower one, as in the reference
-    m.quad("Lid", [(x, 0.99905, z) for x, z in square], m.matte("Black", (0, 0, 0)))
+    m.quad("Lamp", [(x, 0.999, z) for x, z in square], one_sided(m.lamp("Light", (1, 1, 1), radiance)))
     ball("Glass", (0.4, -0.6, 0.25), m.glass("Clear glass"))
     ball("Mirror", (-0.42, -0.6, -0.3), m.mirror("Mirror"))
     camera = m.camera((0, 0, 4), (0, 0, 0))
     camera.rotation_euler = (0, 0, 0)
     camera.data.sensor_fit, camera.data.angle = "HORIZONTAL", math.radians(39)
     return scene
+
+
+def one_sided(lamp):
+    """Meshes emit on both sides; this lamp's back is black, as the reference's."""
+    tree = lamp.node_tree
+    emission = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeEmission")
+    geometry, front = tree.nodes.new("ShaderNodeNewGeometry"), tree.nodes.new("ShaderNodeMath")
+    front.operation, front.inputs[0].default_value = "MULTIPLY_ADD", -emission.inputs["Strength"].default_value
+    front.inputs[2].default_value = emission.inputs["Strength"].default_value  # strength · (1 - backfacing)
+    tree.links.new(geometry.outputs["Backfacing"], front.inputs[1])
+    tree.links.new(front.outputs[0], emission.inputs["Strength"])
+    return lamp
 
 
 def ball(name, centre, material):
