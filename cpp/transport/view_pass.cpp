@@ -87,7 +87,7 @@ std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
   return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
 }
 
-// In rounds: a bundle takes at most one sample of a pixel. Adds `count` samples of each to the tile, as made by sample(pixel, round).
+// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by sample(pixel, round).
 template <class Count, class Sample>
 void trace_rounds(const PixelGroup& group, const Film::Box& box, const Count& count_of, const Sample& sample, ViewTracer& tracer, TileSamples& tile) {
   std::array<ViewSample, bundle_size> bundle;
