@@ -76,6 +76,9 @@ class Sampler {
   // One of `count` points that this one is split into: together those of all points are a longer sequence.
   [[nodiscard]] Sampler part(std::uint32_t i, std::uint32_t count) const noexcept { return {key_, index_ * count + i, stream_}; }
 
+  // The point of the sequence that comes so many after this one.
+  [[nodiscard]] Sampler after(std::uint32_t count) const noexcept { return {key_, index_ + count, stream_}; }
+
   // One of points that have nothing to do with each other.
   [[nodiscard]] Sampler apart(std::uint32_t i) const noexcept { return {mix(key_, i + 1), index_, stream_}; }
 

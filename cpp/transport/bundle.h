@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // View samples of near pixels are traced together, as a bundle: what one finds at the far end of its gather segment lights the others too,
-// as far as they see it (Bekaert, Sbert, Halton 2002, "Accelerating path tracing by re-using paths"). So only every second sample sends a
-// segment, and each gets the light of several. What is shared, and with which weight: view_bundle.cpp.
+// as far as they see it (Bekaert, Sbert, Halton 2002, "Accelerating path tracing by re-using paths"). So where that is enough only every
+// second sample sends a segment, and each gets the light of several. What is shared, and with which weight: view_bundle.cpp.
 #pragma once
 #include <array>
 #include <vector>
@@ -14,8 +14,18 @@
 namespace sluice {
 
 inline constexpr std::size_t bundle_size = 16;
-inline constexpr std::size_t turn_size = 8;  // of them send a gather segment in a pass, the others in the next pass of the same stream
-inline constexpr float turn_chance = static_cast<float>(turn_size) / bundle_size;
+
+// The gather segments that a sample sends where its bundle shares them: points of one sequence, dealt out to all.
+struct GatherTurn {
+  static constexpr float by_turns = 0.5f;  // `mean` of samples that send one in every second pass
+
+  float mean = 1;           // of the number of segments, over the passes
+  std::uint32_t count = 1;  // of them in this bundle
+  Sampler first;            // of the bundle's points
+  std::uint32_t place = 0, places = 1;  // of its own first point, among so many
+
+  [[nodiscard]] Sampler numbers(std::uint32_t segment) const noexcept { return first.after((place + segment) % places); }
+};
 
 // What a view sample looks for. Where lamps are seen, their edges are most of the noise and cheap to sample: a walk that looks for nothing
 // else asks no light, no photon and sends no gather segment.
@@ -25,10 +35,9 @@ enum class Seeks : std::uint8_t { All, Emission, AllButEmission };
 struct ViewSample {
   int x, y;
   Sampler sampler;
-  Sampler turn;         // of a segment that is shared: the bundle's are points of one sequence
   std::uint64_t key;    // of choices outside of the samplers' dimensions
   float share;          // in its pixel's mean; 0: traced for the others alone
-  bool has_turn;        // if the bundle shares its segments: with turn_chance
+  GatherTurn turn = {};
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
   Seeks seeks = Seeks::All;
   bool measures_lights = false;     // there are two of them, to see how far they lie apart
@@ -86,9 +95,8 @@ struct StraightLight {
   std::size_t count = 0;
 };
 
-// The far end of a sample's gather segment.
+// The far end of a gather segment.
 struct FarEnd {
-  bool found = false;   // it was sent, and met a surface
   bool is_own = false;  // not shared: alpha on the way or at y, of which a shadow ray cannot tell
   Vertex y;
   float pdf;            // with which v made the direction (1/sr)
@@ -106,18 +114,6 @@ struct FarEnd {
 };
 
 inline Outgoing& Arm::light() const noexcept { return far->light[index]; }
-
-// A vertex v that takes part in the bundle. A sample has several if materials mirror and scatter, or glass shows it two ways; their turn is
-// the sample's.
-struct Seer {
-  std::size_t sample;   // of the bundle
-  Vertex v;
-  std::uint64_t word;   // hash of what the path met from the eye to v: with equal words events, depth and kinds of lobes are equal
-  int joins;            // C at v
-  Color weight;         // of the path from the eye
-  FarEnd far;
-};
-inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a vertex gathers for itself
 
 // What becomes of a sample.
 struct BundleMember {

@@ -13,6 +13,7 @@ namespace sluice {
 struct SampleCount {
   std::uint8_t samples = 1;        // of a pixel
   std::uint8_t light_samples = 1;  // of each of those by next-event estimation at v, where that is most of the noise
+  std::uint8_t gather_segments = 0;  // of each of those, where indirect light is; 0: every second one sends one, and near samples share it
   std::uint8_t emission_samples = 0;  // of a pixel, of emission alone; 0: the samples above see emission too
 };
 
@@ -33,7 +34,7 @@ class SampleMap {
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;
     for (const SampleCount& c : counts_)
-      h = mix(h, static_cast<std::uint64_t>(c.samples) << 16 | static_cast<std::uint64_t>(c.light_samples) << 8 | c.emission_samples);
+      h = mix(h, static_cast<std::uint64_t>(c.samples) << 24 | static_cast<std::uint64_t>(c.light_samples) << 16 | static_cast<std::uint64_t>(c.gather_segments) << 8 | c.emission_samples);
     return h;
   }
 

@@ -9,33 +9,31 @@ namespace sluice {
 namespace {
 
 constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
-// Of a view sample, against that of asking one light; of one of emission alone.
-constexpr double cost_without_lights = 4.5, cost_of_emission = 1;
-constexpr double most_light_samples = 4;
-constexpr std::uint32_t pilot_light_samples = 2;
+// Of a view sample by itself and of each gather segment, against that of asking one light; of a sample of emission alone.
+constexpr double cost_of_path = 4.5, cost_of_segment = 5.5, cost_of_emission = 1.3;
+constexpr std::uint8_t most_light_samples = 4, pilot_light_samples = 2;
+constexpr std::uint8_t choices_of_segments[] = {0, 1, 2, 4};
 constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
-constexpr double wanted_mean = 1.5;  // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
+constexpr double wanted_mean = 2;  // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
+
+double mean_of(std::uint8_t segments) { return segments == 0 ? GatherTurn::by_turns : segments; }
+double cost_of(const SampleCount& one) { return cost_of_path + one.light_samples + cost_of_segment * mean_of(one.gather_segments); }
 
 // What pairs of samples in one block say, summed up.
 struct Block {
   V3d mean{0};                 // of the picture
   V3d variance{0};             // of one sample, but for emission that is seen
   V3d lights{0};               // of that what comes by the samples of lights
+  V3d gathers{0};              // and what by gather segments
   V3d emission{0}, emission2{0}, emission_variance{0};  // of what is seen: mean, mean square, and of one sample
   double pairs = 0;
   void operator+=(const Block& o) { add(o, 1); }
   void add(const Block& o, double weight) {
-    mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight;
+    mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight, gathers += o.gathers * weight;
     emission += o.emission * weight, emission2 += o.emission2 * weight, emission_variance += o.emission_variance * weight;
     pairs += o.pairs * weight;
   }
 
-  // Of all but emission, against the mean, with so many light samples.
-  [[nodiscard]] double relative(double image_mean, double light_samples) const {
-    V3d left = variance - lights;
-    for (int c = 0; c < 3; ++c) left[c] = std::max(0.0, left[c]);  // both are estimates
-    return relative_variance((left + lights * (pilot_light_samples / light_samples)) / pairs, mean / pairs, image_mean);
-  }
   // Of emission. Lamps are so bright that pixels on their edges need many samples, and a pair finds few of those pixels: there what differs
   // between pixels counts too.
   [[nodiscard]] double relative_of_emission(double image_mean) const {
@@ -44,13 +42,29 @@ struct Block {
     for (int c = 0; c < 3; ++c) edges[c] = std::max(0.0, edges[c]);  // rounding
     return relative_variance(emission_variance / pairs + edges, mean / pairs, image_mean);
   }
-  // Least noise for the time: as the root of the noise of one sample against that of the rest, each for its cost.
-  [[nodiscard]] double best_light_samples(double image_mean) const {
-    const double by_lights = relative_variance(lights * pilot_light_samples / pairs, mean / pairs, image_mean), left = relative(image_mean, 1) - by_lights;
-    const double wanted = left > 0 ? std::sqrt(cost_without_lights * by_lights / left) : by_lights > 0 ? most_light_samples : 1;
-    return std::clamp(std::round(wanted), 1.0, most_light_samples);
-  }
 };
+
+// Of one sample in a block, against the picture.
+struct Noise {
+  double rest, lights, gathers;  // the last two with one light sample and one gather segment
+  double emission;               // that is seen
+
+  Noise(const Block& b, double image_mean) : emission(b.relative_of_emission(image_mean)) {
+    const auto relative = [&](const V3d& variance) { return relative_variance(variance / b.pairs, b.mean / b.pairs, image_mean); };
+    V3d left = b.variance - b.lights - b.gathers;
+    for (int c = 0; c < 3; ++c) left[c] = std::max(0.0, left[c]);  // all are estimates
+    rest = relative(left), lights = relative(b.lights) * pilot_light_samples, gathers = relative(b.gathers) * GatherTurn::by_turns;
+  }
+  // Of all but emission.
+  [[nodiscard]] double of(const SampleCount& c) const { return (rest + lights / c.light_samples + gathers / mean_of(c.gather_segments)) / c.samples; }
+};
+
+// Calls act(count) for each choice of what one sample may take.
+template <class Act>
+void for_each_kind(Act&& act) {
+  for (const std::uint8_t segments : choices_of_segments)
+    for (std::uint8_t lights = 1; lights <= most_light_samples; ++lights) act(SampleCount{.light_samples = lights, .gather_segments = segments});
+}
 
 // Two samples of a pixel in each quarter of a block: differences inside of a pixel are noise, those between pixels may be texture.
 // Blocks are looked at by fours, as a bundle is.
@@ -65,7 +79,14 @@ ViewSample sample_of(const PassContext& context, int x0, int y0, int side, int q
   const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
   const Sampler sampler(mix(key, 2 + which), 0);
   const bool has_turn = ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which;
-  return {.x = x, .y = y, .sampler = sampler, .turn = sampler, .key = mix(key, 4 + which), .share = 0, .has_turn = has_turn, .light_samples = pilot_light_samples, .measures_lights = true};
+  return {.x = x,
+          .y = y,
+          .sampler = sampler,
+          .key = mix(key, 4 + which),
+          .share = 0,
+          .turn = {.mean = GatherTurn::by_turns, .count = has_turn, .first = sampler},
+          .light_samples = pilot_light_samples,
+          .measures_lights = true};
 }
 
 // The blocks next to each other in a square of two by two, as far as they lie in the frame.
@@ -90,10 +111,13 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
     const auto emission = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Emission)]); };
+    const auto gathered = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Indirect)]); };
+    const V3d of_gathers = gathered(0) - gathered(1);
     const V3d seen = (emission(0) + emission(1)) / 2, of_emission = emission(0) - emission(1), of_rest = a - b - of_emission;
     blocks[block_of[i]] += {.mean = (a + b) / 2,
                             .variance = of_rest * of_rest / 2,
                             .lights = (lights[0][i] + lights[1][i]) / 2,
+                            .gathers = of_gathers * of_gathers / 2,
                             .emission = seen,
                             .emission2 = seen * seen,
                             .emission_variance = of_emission * of_emission / 2,
@@ -114,32 +138,37 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
   return out;
 }
 
-// How many each block takes: the picture's error is least for a time if they are in proportion to the relative standard deviation of one,
-// over the root of its cost. Empty: there is no noise, or more than numbers hold.
+std::uint8_t rounded(double count, double least, double most) { return static_cast<std::uint8_t>(std::clamp(std::round(count), least, most)); }
+
+// What leaves a block least noise, where time costs so much of it.
+SampleCount best_count(const Noise& noise, double price) {
+  SampleCount best;
+  double least = infinity;
+  for_each_kind([&](SampleCount count) {
+    const double cost = cost_of(count);
+    count.samples = rounded(std::sqrt(noise.of(count) / (price * cost)), 1, SampleMap::most);
+    const double loss = noise.of(count) + price * cost * count.samples;
+    if (loss < least) least = loss, best = count;
+  });
+  best.emission_samples = rounded(std::sqrt(noise.emission / (price * cost_of_emission)), 0, SampleMap::most_of_emission);
+  if (best.emission_samples <= best.samples) best.emission_samples = 0;  // the others see as much (and what was meant for them is left)
+  return best;
+}
+
+// How many each block takes: the picture's error is least for a time if one more sample lowers it by the same for its cost everywhere. Then
+// numbers are as the root of a sample's noise over its cost. Empty: there is no noise, or more than numbers hold.
 std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double image_mean) {
-  struct Wanted {
-    double lights, samples, emission;  // the last two up to a factor
-  };
-  std::vector<Wanted> wanted;
-  double evenly = 0, time = 0;  // if each pixel took one sample; if they took what is wanted
+  double sum = 0;  // of the roots of noise times cost: all time is that over the root of the price
   for (const Block& b : blocks) {
-    const double lights = b.best_light_samples(image_mean), cost = cost_without_lights + lights;
-    wanted.push_back({lights, std::sqrt(b.relative(image_mean, lights) / cost), std::sqrt(b.relative_of_emission(image_mean) / cost_of_emission)});
-    evenly += cost, time += wanted.back().samples * cost + wanted.back().emission * cost_of_emission;
+    const Noise noise(b, image_mean);
+    double least = infinity;
+    for_each_kind([&](const SampleCount& one) { least = std::min(least, noise.of(one) * cost_of(one)); });
+    sum += std::sqrt(least) + std::sqrt(noise.emission * cost_of_emission);
   }
-  if (!(time > 0) || !std::isfinite(time)) return {};
-  const double factor = wanted_mean * evenly / time;
-  const auto rounded = [factor](double count, double least, double most) {
-    return static_cast<std::uint8_t>(std::clamp(std::round(factor * count), least, most));
-  };
+  const double price = square(sum / (wanted_mean * cost_of({}) * static_cast<double>(blocks.size())));
+  if (!(price > 0) || !std::isfinite(price)) return {};
   std::vector<SampleCount> counts;
-  for (const Wanted& w : wanted) {
-    SampleCount count{.samples = rounded(w.samples, 1, SampleMap::most),
-                      .light_samples = static_cast<std::uint8_t>(w.lights),
-                      .emission_samples = rounded(w.emission, 0, SampleMap::most_of_emission)};
-    if (count.emission_samples <= count.samples) count.emission_samples = 0;  // the others see as much (and what was meant for them is left)
-    counts.push_back(count);
-  }
+  for (const Block& b : blocks) counts.push_back(best_count(Noise(b, image_mean), price));
   return counts;
 }
 

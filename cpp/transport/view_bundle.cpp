@@ -42,7 +42,7 @@ EventMask kinds_of(const Vertex& v) noexcept { return v.bsdf.events() & gatherin
 }  // namespace
 
 // The way from v to y, if it comes by a side and angle from which y is the same as for its finder.
-bool ViewTracer::connect(Seer& to, const FarEnd& far, Connection& way) noexcept {
+bool ViewTracer::connect(const Seer& to, const FarEnd& far, Connection& way) noexcept {
   const V3d towards = far.y.hit.position - to.v.hit.position;
   const double distance2 = towards.length2();
   way.to = &to, way.distance = std::sqrt(distance2);
@@ -53,20 +53,19 @@ bool ViewTracer::connect(Seer& to, const FarEnd& far, Connection& way) noexcept 
   return cosine >= least_cosine_at_y && -way.wi.dot(far.y.point.ns) >= least_cosine_at_y;
 }
 
-// The path's vertex, if its light may come from gather segments of the whole bundle: then it sends one itself by turns.
-Seer* ViewTracer::join_bundle(const ViewPath& path) noexcept {
+// May the light of the path's vertex come from gather segments of the whole bundle? Then it takes part in it.
+bool ViewTracer::join_bundle(const ViewPath& path) noexcept {
   Seer& seer = seers_[seer_count_];
-  if (bundle_.size() == 1 || path.gates > 0 || !effects_.indirect || !kinds_of(seer.v) || seer_count_ == most_seers) return nullptr;
+  if (bundle_.size() == 1 || path.gates > 0 || !effects_.indirect || !kinds_of(seer.v) || seer_count_ == most_seers) return false;
   ++seer_count_;
-  seer.sample = at_, seer.weight = path.weight, seer.joins = path.joins;
+  seer.sample = at_, seer.path = path;
   seer.word = mix(path.word, (static_cast<std::uint64_t>(scene_.entity(seer.v.hit)) + 1) << 8 | kinds_of(seer.v));
-  seer.far.found = false;
-  return &seer;
+  return true;
 }
 
 // From here on, light that leaves y is kept apart.
 void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share) {
-  far.found = true, far.is_own = !may_share;
+  far.is_own = !may_share;
   far.pdf = sample.pdf;
   far.width = least_width(scene_.material(far.y.hit), far.y);
   far.arms = arms;
@@ -88,8 +87,8 @@ void ViewTracer::note_state(StateId q, FarEnd& far) {
 
 // Which states it leaves y in, by any of its lobes, who would take it then, and where: all ways end at y, so they lie in a cone round the
 // finder's.
-void ViewTracer::find_takers(Seer& finder) {
-  FarEnd& far = finder.far;
+void ViewTracer::find_takers(const Seer& finder) {
+  FarEnd& far = far_end_;
   if (std::exchange(far.knows_takers, true)) return;
   far.states.clear(), far.takers.clear(), far.near_entries.clear();
   for (const StateId q : far.arrived)
@@ -114,17 +113,17 @@ void ViewTracer::find_takers(Seer& finder) {
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
-inline bool ViewTracer::is_taken(const Connection& way, Seer& finder) {
-  return (joins_.is_constrained(way.to->joins) || finder.far.may_be_taken) && ask_entries(way, finder);  // seldom: apart, so that it costs no call
+inline bool ViewTracer::is_taken(const Connection& way, const Seer& finder) {
+  return (joins_.is_constrained(way.to->path.joins) || far_end_.may_be_taken) && ask_entries(way, finder);  // seldom: apart, so that it costs no call
 }
-bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
+bool ViewTracer::ask_entries(const Connection& way, const Seer& finder) {
   find_takers(finder);
   const Seer& seer = *way.to;
-  const FarEnd& far = finder.far;
-  if (joins_.is_constrained(seer.joins)) {
+  const FarEnd& far = far_end_;
+  if (joins_.is_constrained(seer.path.joins)) {
     bool arrives = true;
     for_each_event(kinds_of(seer.v), [&](Event e) {
-      const int joins = event_at(seer.joins, seer.v, e);
+      const int joins = event_at(seer.path.joins, seer.v, e);
       for (const StateId state : far.states) arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
     });
     if (!arrives) return true;
@@ -136,14 +135,20 @@ bool ViewTracer::ask_entries(const Connection& way, Seer& finder) {
   return far.has_all_near ? edits.any_of_entries_crossed(Side::Light, segment, far.near_entries) : edits.any_entry_crossed(Side::Light, segment, far.takers);
 }
 
-void ViewTracer::share_gathers() {
-  for (Seer& seer : std::span(seers_).first(seer_count_))
-    if (seer.far.found) share(seer);
+// When all are known that may see what the segments find.
+void ViewTracer::gather_together() {
+  for (std::size_t s = 0; s < seer_count_; ++s) {
+    const Seer& seer = seers_[s];
+    at_ = seer.sample, key_ = mix(bundle_[at_].key, s + 1), draws_ = 0;
+    const GatherTurn& turn = bundle_[at_].turn;
+    for (std::uint32_t i = 0; i < turn.count; ++i)
+      if (gather(seer.path, seer.v, turn.numbers(i), turn.mean, &far_end_)) share(seer);
+  }
 }
 
 // The light of the y that `finder` found, to all that see it.
-void ViewTracer::share(Seer& finder) {
-  const FarEnd& far = finder.far;
+void ViewTracer::share(const Seer& finder) {
+  const FarEnd& far = far_end_;
   const bool has_photons = !std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); });  // layers are parts of it
   if (!has_photons && far.straight.count == 0) return;
   std::array<Connection, most_seers> ways;
@@ -156,7 +161,7 @@ void ViewTracer::share(Seer& finder) {
     if (stays) throw_straight_light(far, arm, far.y.bsdf, far.y.point.wo, finder, arm.weight);
   }
   if (stays || (!shares_photons && far.straight.count == 0)) return;
-  for (Seer& other : std::span(seers_).first(seer_count_)) {
+  for (const Seer& other : std::span(seers_).first(seer_count_)) {
     if (other.word != finder.word || &other == &finder) continue;
     Connection& way = ways[count];
     if (!connect(other, far, way)) continue;
@@ -170,7 +175,7 @@ void ViewTracer::share(Seer& finder) {
   const std::span all = std::span(ways).first(count);
   float density = 0;
   for (const Connection& way : all)
-    if (way.is_open) density += turn_chance * way.pdf * way.geometry;
+    if (way.is_open) density += bundle_[way.to->sample].turn.mean * way.pdf * way.geometry;
   for (const Connection& way : all) {
     if (!way.is_open) continue;
     const Bsdf& bsdf = lobes_towards(far, -way.wi);
@@ -185,7 +190,7 @@ void ViewTracer::share(Seer& finder) {
 // Do all that could share y see the same light of its photons? Asked of all, lit or not, so that it does not matter who found y. (Where
 // roughness depends on the direction it may, near the limit: a bias of the same kind.)
 bool ViewTracer::sees_same_photons(const Seer& finder) const noexcept {
-  const FarEnd& far = finder.far;
+  const FarEnd& far = far_end_;
   if (!std::isfinite(far.width)) return true;
   const float least = std::cos(radius_scale_ * std::min(cone_of_photons, cone_of_width * far.width));
   std::optional<V3f> axis;
@@ -247,7 +252,7 @@ void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexc
 }
 
 void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept {
-  const Color whole = factor * seer.weight, radiance = light.picture * whole;
+  const Color whole = factor * seer.path.weight, radiance = light.picture * whole;
   if (!is_finite(radiance)) return void(++counts.non_finite);
   BundleMember& member = members_[seer.sample];
   add_up(member.sample.parts[static_cast<std::size_t>(Part::Indirect)], radiance);

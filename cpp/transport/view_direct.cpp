@@ -21,20 +21,21 @@ struct Arrived {
 }  // namespace
 
 // Next-event estimation at v, by as many samples as are worth their time there. The shadow segment runs straight through exits and is
-// blocked by every entry that takes q of L. `chance`: that v sends a gather segment, which may find the light too.
-void ViewTracer::direct_light(const ViewPath& path, const Vertex& v, float chance) {
-  if (bundle_[at_].measures_lights) return measure_lights(path, v, chance);
+// blocked by every entry that takes q of L. `segments`: of those that v gathers by, each of
+// which may find the light too, the mean number.
+void ViewTracer::direct_light(const ViewPath& path, const Vertex& v, float segments) {
+  if (bundle_[at_].measures_lights) return measure_lights(path, v, segments);
   const std::uint32_t count = bundle_[at_].light_samples;
-  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, v, sampler_.part(i, count), chance);
+  for (std::uint32_t i = 0; i < count; ++i) light_sample(path, v, sampler_.part(i, count), segments);
 }
 
 // Two samples that know nothing of each other: how far they lie apart is the variance of their mean.
-void ViewTracer::measure_lights(const ViewPath& path, const Vertex& v, float chance) {
+void ViewTracer::measure_lights(const ViewPath& path, const Vertex& v, float segments) {
   const auto so_far = [this] { return V3d(self().sample.parts[static_cast<std::size_t>(Part::Direct)]); };
   V3d share[2];
   for (std::uint32_t i = 0; i < 2; ++i) {
     const V3d before = so_far();
-    light_sample(path, v, sampler_.apart(i), chance);
+    light_sample(path, v, sampler_.apart(i), segments);
     share[i] = so_far() - before;
   }
   self().light_variance += (share[0] - share[1]) * (share[0] - share[1]);
@@ -49,7 +50,7 @@ std::optional<ViewTracer::AskedLight> ViewTracer::ask_light(const V3d& place, co
   return AskedLight{choice->light, *point, choice->pmf * point->pdf};
 }
 
-void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance) {
+void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments) {
   const V3d& place = v.hit.position;
   const auto asked = ask_light(place, lit_side(v.bsdf), guide_->trust.at_v(place), numbers.first(pair_of(path, 2)), numbers.pair(pair_of(path, 3)));
   if (!asked) return;
@@ -65,7 +66,7 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
   for_each_event(bsdf.events(), [&](Event e) {
     const Color f = eval(bsdf, wo, point.wi, mask_of(e));
     if (is_black(f)) return;
-    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, point.wi, followed) : chance * pdf(bsdf, wo, point.wi, gathering);
+    const float rival = !has_rival ? 0 : e == Event::S ? pdf(bsdf, wo, point.wi, followed) : segments * pdf(bsdf, wo, point.wi, gathering);
     arrived[count++] = {e, f * point.radiance * (mis(pdf_light, rival) / pdf_light)};
   });
   if (count == 0) return;
@@ -83,9 +84,8 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
 }
 
 // Next-event estimation at the gather segment's end y, where it stands alone: what is hidden from it or too near, photon density has.
-void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Arms& arms) {
+void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Sampler& numbers, const Arms& arms) {
   FarEnd* const far = arms.begin()->far;
-  const Sampler& numbers = far ? bundle_[at_].turn : sampler_;  // at a shared y: points of the bundle's sequence
   const V3d& place = y.hit.position;
   const V3f side = side_lit_to_all(scene_.material(y.hit), y.bsdf);
   const auto asked = ask_light(place, side, guide_->trust.at_y(place), numbers.first(pair_of(path, 6)), numbers.pair(pair_of(path, 7)));

@@ -147,29 +147,34 @@ Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample
   return arms;
 }
 
-// One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
-// light found by lobe sampling. `seer`: v where the bundle shares its segments, and this sample may have no turn; else null.
-void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
+// From a v that shares nothing.
+void ViewTracer::gather_alone(const ViewPath& path, const Vertex& v) {
   if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
-  if (seer && !bundle_[at_].has_turn) return;
-  const float chance = seer ? turn_chance : 1;
-  const Sampler& numbers = seer ? bundle_[at_].turn : sampler_;
+  const auto segments = static_cast<std::uint32_t>(std::max(bundle_[at_].turn.mean, 1.0f));
+  for (std::uint32_t i = 0; i < segments; ++i) gather(path, v, sampler_.part(i, segments), static_cast<float>(segments), nullptr);
+}
+
+// One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
+// light found by lobe sampling. `segments`: that v sends in the mean; `shared`: where the bundle finds
+// what this one did, or null. True: it met a surface that may send light.
+bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, FarEnd* shared) {
   const auto sample = sluice::sample(v.bsdf, v.point.wo, v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0, numbers.pair(pair_of(path, 5)), gathering);
-  if (!sample || !(sample->pdf > 0)) return;
+  if (!sample || !(sample->pdf > 0)) return false;
   Arms arms = arms_of(path, v, *sample);
-  for (Arm& arm : arms) arm.weight /= chance;
-  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * chance, light_samples()};
+  for (Arm& arm : arms) arm.weight /= segments;
+  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * segments, light_samples()};
   Ray ray = ray_from(v.hit, sample->wi);
   double length = 0;
   bool arrived = false;
   int layer = 0;
-  Vertex& y = seer ? seer->far.y : far_;
+  Vertex& y = shared ? shared->y : far_;
   for (; layer < max_alpha_layers && !arrived; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
     if (!hit) {
       narrow(path, segment, length, ray.t_max, nullptr, arms);
-      return far_emission(path, segment, arms);
+      far_emission(path, segment, arms);
+      return false;
     }
     make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, y);
     narrow(path, segment, length, length + hit->t, &y, arms);
@@ -179,20 +184,19 @@ void ViewTracer::gather(const ViewPath& path, const Vertex& v, Seer* seer) {
     for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : y.bsdf.transparency / pass;
     ray = ray_from(*hit, sample->wi);
   }
-  if (!arrived) return void(++counts.alpha_capped);
+  counts.alpha_capped += !arrived;
+  if (!arrived) return false;
   surface_emission(path, segment, y, arms);
-  if (!effects_.indirect) return;
-  if (path.depth + 2 > settings_.max_depth) return void(counts.depth_capped += y.bsdf.count > 0);
+  const bool is_deep = path.depth + 2 > settings_.max_depth;
+  counts.depth_capped += effects_.indirect && is_deep && y.bsdf.count > 0;
+  if (!effects_.indirect || is_deep) return false;
   const Material& material = scene_.material(y.hit);
   const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && y.pass_chance == 0;
-  if (seer) keep_far_end(seer->far, arms, *sample, may_share);
-  light_from(path, y, seer ? seer->far.arms : arms, length, sample->pdf);
-}
-
-// What the gather segment's end y sends to v, by next-event estimation and photons.
-void ViewTracer::light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf) {
-  straight_light(path, y, arms);
-  gather_at(path, y, arms, length, gather_radius(*guide_, length, pdf) * radius_scale_);
+  if (shared) keep_far_end(*shared, arms, *sample, may_share);
+  const Arms& from_y = shared ? shared->arms : arms;
+  straight_light(path, y, numbers, from_y);
+  gather_at(path, y, from_y, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
+  return true;
 }
 
 // Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes at its far end (null: nothing

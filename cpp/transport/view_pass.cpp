@@ -12,8 +12,6 @@ static_assert((cell_side / pixels_apart) * (cell_side / pixels_apart) == bundle_
 struct Pixel {
   int x, y;
   bool is_inside;  // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
-  bool has_turn;
-  std::uint32_t place;    // among those that have their turn together
   SampleCount count;      // in a pass
 };
 
@@ -22,13 +20,12 @@ class PixelGroup {
   PixelGroup(const PassContext& context, int x0, int y0, const Film::Box& box)
       : key_(key_of(context.settings.seed, Purpose::Turns, static_cast<std::uint64_t>(y0), static_cast<std::uint64_t>(x0))) {
     const FrameDescription& frame = context.scene.frame();
-    // Turns go like the fields of a chessboard, in each stream the other way round from pass to pass; who begins is a matter of chance.
-    const int turn = context.pass % stream_count + context.pass / stream_count + static_cast<int>(key_ & 1);
     for (int place = 0; place < static_cast<int>(bundle_size); ++place) {
-      const int i = place % in_row, j = place / in_row, x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
+      const int j = place / in_row, i = j % 2 == 0 ? place % in_row : in_row - 1 - place % in_row;  // there and back: each next to the one before
+      const int x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
       if (x >= frame.width || y >= frame.height) continue;
       const bool inside = x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1;
-      pixels_[count_++] = {x, y, inside, (i + j + turn) % 2 == 0, static_cast<std::uint32_t>(place / 2), context.guide.samples.at(x, y)};
+      pixels_[count_++] = {x, y, inside, context.guide.samples.at(x, y)};
       is_inside_ = is_inside_ || inside;
     }
   }
@@ -54,18 +51,48 @@ Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t 
   return Sampler(key, index * samples + round, stream);
 }
 
-ViewSample sample_of(const PassContext& context, const PixelGroup& group, const Pixel& pixel, std::uint32_t round) {
+// Deals the segments of one round of a bundle out to its samples.
+class Turns {
+ public:
+  Turns(const PassContext& context, const PixelGroup& group, std::uint32_t round)
+      : index_(static_cast<std::uint32_t>(context.pass / stream_count)),
+        // In each stream the other way round from pass to pass; who begins is a matter of chance.
+        turn_(static_cast<std::uint32_t>(context.pass % stream_count) + index_ + static_cast<std::uint32_t>(group.key() & 1)) {
+    std::uint32_t by_turns = 0;
+    for (const Pixel& p : group.pixels())
+      if (p.count.samples > round) segments_ += p.count.gather_segments, by_turns += p.count.gather_segments == 0;
+    places_ = segments_ + (by_turns + 1) / 2;
+    first_ = sampler_of(context, mix(group.key(), round), places_, 0);
+  }
+
+  // Of the pixels one after the other. Those that send one by turns go like the fields of a chessboard.
+  [[nodiscard]] GatherTurn next(const Pixel& pixel) noexcept {
+    const std::uint32_t segments = pixel.count.gather_segments, shift = (places_ % 5 == 0 ? 3 : 5) * (index_ / 2);  // another place at each turn
+    GatherTurn turn{.first = first_, .places = places_};
+    if (segments > 0) {
+      turn.mean = static_cast<float>(segments), turn.count = segments, turn.place = (dealt_ + shift) % places_;
+      dealt_ += segments;
+    } else {
+      turn.mean = GatherTurn::by_turns, turn.count = (by_turns_ + turn_) % 2, turn.place = (segments_ + by_turns_ / 2 + shift) % places_;
+      ++by_turns_;
+    }
+    return turn;
+  }
+
+ private:
+  std::uint32_t index_, turn_, segments_ = 0, places_ = 1, dealt_ = 0, by_turns_ = 0;
+  Sampler first_;
+};
+
+ViewSample sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round, const GatherTurn& turn) {
   const std::uint64_t number = number_of(context, pixel);
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
-  const std::uint32_t index = static_cast<std::uint32_t>(context.pass / stream_count);
-  const std::uint32_t place = (pixel.place + 5 * (index / 2)) % turn_size;  // another one at each of its turns
   return {.x = pixel.x,
           .y = pixel.y,
           .sampler = sampler_of(context, key_of(context.settings.seed, Purpose::View, number), pixel.count.samples, round),
-          .turn = sampler_of(context, mix(group.key(), round), turn_size, place),
           .key = round == 0 ? choices : mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
-          .has_turn = pixel.has_turn,
+          .turn = turn,
           .light_samples = pixel.count.light_samples,
           .seeks = pixel.count.emission_samples > 0 ? Seeks::AllButEmission : Seeks::All};
 }
@@ -76,10 +103,8 @@ ViewSample emission_sample_of(const PassContext& context, const Pixel& pixel, st
   return {.x = pixel.x,
           .y = pixel.y,
           .sampler = sampler_of(context, key, pixel.count.emission_samples, round),
-          .turn = {},
           .key = mix(mix(key, static_cast<std::uint64_t>(context.pass)), round),
           .share = 1 / static_cast<float>(pixel.count.emission_samples),
-          .has_turn = false,
           .seeks = Seeks::Emission};
 }
 
@@ -87,16 +112,17 @@ std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
   return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
 }
 
-// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by sample(pixel, round).
-template <class Count, class Sample>
-void trace_rounds(const PixelGroup& group, const Film::Box& box, const Count& count_of, const Sample& sample, ViewTracer& tracer, TileSamples& tile) {
+// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by in_round(round)(pixel).
+template <class Count, class InRound>
+void trace_rounds(const PixelGroup& group, const Film::Box& box, const Count& count_of, const InRound& in_round, ViewTracer& tracer, TileSamples& tile) {
   std::array<ViewSample, bundle_size> bundle;
   std::array<const Pixel*, bundle_size> pixel;
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
+    auto sample = in_round(round);
     for (const Pixel& p : group.pixels())
       if (count_of(p) > round) {
-        bundle[count] = sample(p, round);
+        bundle[count] = sample(p);
         pixel[count++] = &p;
       }
     if (count == 0) break;
@@ -112,11 +138,17 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
     if (p.is_inside) tile.scale(index_in(box, p), factor);
   };
   const auto emission_of = [](const Pixel& p) -> std::uint32_t { return p.is_inside ? p.count.emission_samples : 0; };
-  trace_rounds(group, box, emission_of, [&](const Pixel& p, std::uint32_t round) { return emission_sample_of(context, p, round); }, tracer, tile);
+  const auto emission_in = [&](std::uint32_t round) {
+    return [&, round](const Pixel& p) { return emission_sample_of(context, p, round); };
+  };
+  trace_rounds(group, box, emission_of, emission_in, tracer, tile);
   for (const Pixel& p : group.pixels())
     if (emission_of(p) > 0) scale(p, static_cast<float>(p.count.samples) / static_cast<float>(p.count.emission_samples));
   const auto all_of = [](const Pixel& p) -> std::uint32_t { return p.count.samples; };
-  trace_rounds(group, box, all_of, [&](const Pixel& p, std::uint32_t round) { return sample_of(context, group, p, round); }, tracer, tile);
+  const auto all_in = [&](std::uint32_t round) {
+    return [&, round, turns = Turns(context, group, round)](const Pixel& p) mutable { return sample_of(context, p, round, turns.next(p)); };
+  };
+  trace_rounds(group, box, all_of, all_in, tracer, tile);
   for (const Pixel& p : group.pixels()) scale(p, 1 / static_cast<float>(p.count.samples));  // once, so that alpha is exactly 1
 }
 

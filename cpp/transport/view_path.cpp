@@ -33,7 +33,7 @@ void ViewTracer::trace(std::span<const ViewSample> bundle) {
   joins_.clear();
   memo_joins_ = Joins::none;  // lists of C begin anew: what is remembered belongs to another bundle's
   for (at_ = 0; at_ < bundle.size(); ++at_) trace_sample();
-  share_gathers();
+  gather_together();
 }
 
 void ViewTracer::trace_sample() {
@@ -102,10 +102,11 @@ void ViewTracer::follow(ViewPath& path) {
 
 // By the estimators of design §5, at v.
 void ViewTracer::collect_light(const ViewPath& path, const Vertex& v) {
-  Seer* const seer = join_bundle(path);
-  if (effects_.direct) direct_light(path, v, seer ? turn_chance : 1);
+  const bool shares = join_bundle(path);
+  const GatherTurn& turn = bundle_[at_].turn;
+  if (effects_.direct) direct_light(path, v, shares ? turn.mean : std::max(turn.mean, 1.0f));
   close_density(path, v);
-  gather(path, v, seer);
+  if (!shares) gather_alone(path, v);
 }
 
 // Depth, Normal, Albedo, alpha: of the first thing the sample meets; null: the world.

@@ -42,6 +42,16 @@ struct ViewPath {
   std::uint64_t word = 0;         // of its events, hashed
 };
 
+// A vertex v that takes part in the bundle. A sample has several if materials mirror and scatter, or glass shows it two ways; their turn is
+// the sample's.
+struct Seer {
+  std::size_t sample = 0;  // of the bundle
+  ViewPath path;           // from the eye to v
+  Vertex v;
+  std::uint64_t word = 0;  // hash of what the path met from the eye to v: with equal words events, depth and kinds of lobes are equal
+};
+inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a vertex gathers for itself
+
 // What traces view samples on one of `threads` threads.
 class alignas(64) ViewTracer {  // threads write to theirs: no cache line is shared
  public:
@@ -143,10 +153,10 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     float pdf;  // of light and point (1/sr, or of what a delta light has)
   };
   [[nodiscard]] std::optional<AskedLight> ask_light(const V3d& place, const V3f& side, LightTrust trust, float u, const V2f& uv) const noexcept;
-  void direct_light(const ViewPath& path, const Vertex& v, float chance);
-  void measure_lights(const ViewPath& path, const Vertex& v, float chance);
-  void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float chance);
-  void straight_light(const ViewPath& path, const Vertex& y, const Arms& arms);
+  void direct_light(const ViewPath& path, const Vertex& v, float segments);
+  void measure_lights(const ViewPath& path, const Vertex& v, float segments);
+  void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments);
+  void straight_light(const ViewPath& path, const Vertex& y, const Sampler& numbers, const Arms& arms);
   void keep_straight_light(FarEnd& far, const AskedLight& asked);
   struct Unblocked {
     Color left;
@@ -161,8 +171,8 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
 
   // photons and gather segments at v (view_light.cpp)
   void close_density(const ViewPath& path, const Vertex& v);
-  void gather(const ViewPath& path, const Vertex& v, Seer* seer);
-  void light_from(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float pdf);
+  void gather_alone(const ViewPath& path, const Vertex& v);
+  bool gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, FarEnd* shared);
   void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
@@ -174,25 +184,25 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
 
   // gather segments of a bundle (view_bundle.cpp)
   struct Connection {  // a way from some v to y
-    Seer* to;
+    const Seer* to;
     V3f wi{0};
     double distance = 0;
     float geometry = 0;  // cos at y / distance²
     float pdf = 0;       // with which `to` would send its segment here (1/sr)
     bool is_open = false;  // nothing lies on it, no entry takes its light
   };
-  [[nodiscard]] Seer* join_bundle(const ViewPath& path) noexcept;
+  [[nodiscard]] bool join_bundle(const ViewPath& path) noexcept;
   void keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share);
   void put(Outgoing& light, const Color& radiance, StateId q, ImageSet images);
   void credit_outgoing(Outgoing& light, const Color& radiance, StateId q);
   void note_state(StateId q, FarEnd& far);
-  void find_takers(Seer& finder);
-  void share_gathers();
-  void share(Seer& finder);
-  [[nodiscard]] static bool connect(Seer& to, const FarEnd& far, Connection& way) noexcept;
+  void find_takers(const Seer& finder);
+  void gather_together();
+  void share(const Seer& finder);
+  [[nodiscard]] static bool connect(const Seer& to, const FarEnd& far, Connection& way) noexcept;
   void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
-  [[nodiscard]] bool is_taken(const Connection& way, Seer& finder);
-  [[nodiscard]] bool ask_entries(const Connection& way, Seer& finder);
+  [[nodiscard]] bool is_taken(const Connection& way, const Seer& finder);
+  [[nodiscard]] bool ask_entries(const Connection& way, const Seer& finder);
   [[nodiscard]] bool sees_same_photons(const Seer& finder) const noexcept;
   [[nodiscard]] const Bsdf& lobes_towards(const FarEnd& far, const V3f& wo) noexcept;
   void throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
@@ -268,6 +278,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   std::size_t at_ = 0;  // the member being traced
   std::array<Seer, most_seers + 1> seers_;  // the last is never shared: room for a vertex when all others are taken
   std::size_t seer_count_ = 0;
+  FarEnd far_end_;  // of the gather segment that the bundle shares now
   Sampler sampler_;
   std::uint64_t key_ = 0, draws_ = 0;
   bool recorded_ = false;

@@ -48,8 +48,9 @@ class Passes {
  public:
   Passes(const SceneDescription& description, int count) : scene_(test::compiled(description)), count_(count) {}
 
-  std::vector<Film> render(const SampleCount& samples) {
-    guide_.samples = SampleMap(32, 1, {samples});
+  std::vector<Film> render(const SampleCount& samples) { return render(SampleMap(32, 1, {samples})); }
+  std::vector<Film> render(const SampleMap& samples) {
+    guide_.samples = samples;
     std::vector<Film> films;
     for (int pass = 0; pass < count_; ++pass) {
       Film& film = films.emplace_back(32, 32);
@@ -100,14 +101,40 @@ double noise(const std::vector<Film>& films, const char* part) {
 // Means and noise of the direct light, seen by lobes and by next-event estimation, for numbers of samples that share an estimate.
 TEST(LightSamples, KeepTheMeanAndTakeNoise) {
   Passes passes(two_lamps(), 48);
-  const auto one = passes.render({1, 1});
+  const auto one = passes.render(SampleCount{});
   for (const std::uint8_t light_samples : {2, 3, 4}) {
-    const auto many = passes.render({1, light_samples});
+    const auto many = passes.render({.light_samples = light_samples});
     const test::Mean a = whole(one, "Direct"), b = whole(many, "Direct");
     EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << int{light_samples};
     EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
     EXPECT_LT(noise(many, "Direct"), (0.15 + 0.95 / light_samples) * noise(one, "Direct")) << int{light_samples};  // the rest is the lobes'
   }
+}
+
+// The same of indirect light, for numbers of gather segments that bundles share: by turns, several of each sample, and all of these in one
+// bundle.
+TEST(GatherSegments, KeepTheMeanAndTakeNoise) {
+  Passes passes(two_lamps(), 96);
+  const auto by_turns = passes.render(SampleCount{});
+  double before = noise(by_turns, "Indirect");
+  for (const std::uint8_t segments : {1, 2, 4}) {
+    const auto many = passes.render({.gather_segments = segments});
+    for (const char* part : {"Indirect", "Direct"}) {
+      const test::Mean a = whole(by_turns, part), b = whole(many, part);
+      EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << part << int{segments};
+      EXPECT_LT(b.error() + a.error(), 0.03 * a.value());
+    }
+    const double now = noise(many, "Indirect");
+    EXPECT_LT(now, 0.6 * before) << int{segments};
+    before = now;
+  }
+  std::vector<SampleCount> mixed;  // of blocks of four pixels; a bundle has pixels of sixteen
+  for (int block = 0; block < 256; ++block) {
+    constexpr std::uint8_t choices[] = {0, 1, 2, 4};
+    mixed.push_back({.samples = static_cast<std::uint8_t>(1 + block % 3), .gather_segments = choices[(block + block / 16) % 4]});
+  }
+  const test::Mean a = whole(by_turns, "Indirect"), b = whole(passes.render(SampleMap(2, 16, mixed)), "Indirect");
+  EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error()));
 }
 
 // A lamp seen straight, in a mirror and through glass.
@@ -125,7 +152,7 @@ SceneDescription seen_lamps() {
 
 TEST(EmissionSamples, KeepTheMeanAndTakeNoiseFromEmissionAlone) {
   Passes passes(seen_lamps(), 64);
-  const auto none = passes.render({3, 1, 0}), many = passes.render({3, 1, 24});
+  const auto none = passes.render({.samples = 3}), many = passes.render({.samples = 3, .emission_samples = 24});
   const test::Mean a = whole(none, "Emission"), b = whole(many, "Emission");
   EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error()));
   EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
