@@ -3,6 +3,7 @@
 // as far as they see it (Bekaert, Sbert, Halton 2002, "Accelerating path tracing by re-using paths"). So where that is enough only every
 // second sample sends a segment, and each gets the light of several. What is shared, and with which weight: view_bundle.cpp.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -15,16 +16,16 @@ namespace sluice {
 
 inline constexpr std::size_t bundle_size = 16;
 
-// The gather segments that a sample sends where its bundle shares them: points of one sequence, dealt out to all.
-struct GatherTurn {
-  static constexpr float by_turns = 0.5f;  // `mean` of samples that send one in every second pass
-
-  float mean = 1;           // of the number of segments, over the passes
-  std::uint32_t count = 1;  // of them in this bundle
+// Gather segments of a sample, from each v: where its bundle shares them they are points of one sequence, dealt out to all its samples.
+struct GatherSegments {
+  float mean = 1;           // of their number, over the passes
+  std::uint32_t count = 0;  // in this bundle
   Sampler first;            // of the bundle's points
-  std::uint32_t place = 0, places = 1;  // of its own first point, among so many
+  std::uint32_t place = 0;  // of its own first point
 
-  [[nodiscard]] Sampler numbers(std::uint32_t segment) const noexcept { return first.after((place + segment) % places); }
+  [[nodiscard]] Sampler numbers(std::uint32_t segment) const noexcept { return first.after(place + segment); }
+  // Of a v that shares nothing: where the others find no light for it, it must not wait for its turn.
+  [[nodiscard]] std::uint32_t alone() const noexcept { return static_cast<std::uint32_t>(std::max(mean, 1.0f)); }
 };
 
 // What a view sample looks for. Where lamps are seen, their edges are most of the noise and cheap to sample: a walk that looks for nothing
@@ -37,7 +38,7 @@ struct ViewSample {
   Sampler sampler;
   std::uint64_t key;    // of choices outside of the samplers' dimensions
   float share;          // in its pixel's mean; 0: traced for the others alone
-  GatherTurn turn = {};
+  GatherSegments segments = {};
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
   Seeks seeks = Seeks::All;
   bool measures_lights = false;     // there are two of them, to see how far they lie apart
@@ -66,10 +67,8 @@ struct Arm {
   Color weight;  // of light that comes by the segment: f / density, cosine included
   ImageSet images;        // that it is for
   EventMask lobes = gathering;
-  struct FarEnd* far = nullptr;  // where light is kept for the bundle; null: it goes on to the eye at once
-  std::size_t index = 0;         // among the arms there
-
-  [[nodiscard]] struct Outgoing& light() const noexcept;
+  bool is_kept = false;   // its light is kept for the bundle, in FarEnd; else it goes on to the eye at once
+  std::size_t index = 0;  // among the arms
 };
 using Arms = Few<Arm>;
 
@@ -95,7 +94,7 @@ struct StraightLight {
   std::size_t count = 0;
 };
 
-// The far end of a gather segment.
+// The far end of a gather segment that is shared.
 struct FarEnd {
   bool is_own = false;  // not shared: alpha on the way or at y, of which a shadow ray cannot tell
   Vertex y;
@@ -111,9 +110,9 @@ struct FarEnd {
   std::vector<std::uint64_t> takers;       // light edits that would take some of it; empty: none on any way
   std::vector<std::uint32_t> near_entries; // of theirs, those that may lie on a way to the bundle, by numbers
   bool has_all_near = false;               // they were few enough to be listed
-};
 
-inline Outgoing& Arm::light() const noexcept { return far->light[index]; }
+  [[nodiscard]] Outgoing& light_of(const Arm& arm) noexcept { return light[arm.index]; }
+};
 
 // What becomes of a sample.
 struct BundleMember {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where view samples go: how many of a pass each block of pixels takes, and how many lights each asks, as a pilot pass found noise
-// there. Fixed before the first pass like the rest of the guide and made of samples of its own, so the picture's mean stays what it is
+// Where view samples go: how many of a pass each block of pixels takes, and how many lights and gather segments each, as a pilot pass found
+// noise there. Fixed before the first pass like the rest of the guide and made of samples of its own, so the picture's mean stays what it is
 // (no sample decides about itself).
 #pragma once
-#include <numeric>
 #include <vector>
 
 #include "base/random.h"
@@ -11,10 +10,15 @@
 namespace sluice {
 
 struct SampleCount {
+  static constexpr std::uint8_t by_turns = 0;  // one gather segment in every second pass: bundles share them (bundle.h)
+
   std::uint8_t samples = 1;        // of a pixel
   std::uint8_t light_samples = 1;  // of each of those by next-event estimation at v, where that is most of the noise
-  std::uint8_t gather_segments = 0;  // of each of those, where indirect light is; 0: every second one sends one, and near samples share it
+  std::uint8_t gather_segments = by_turns;  // of each of those, where indirect light is
   std::uint8_t emission_samples = 0;  // of a pixel, of emission alone; 0: the samples above see emission too
+
+  [[nodiscard]] float mean_segments() const noexcept { return gather_segments == by_turns ? 0.5f : static_cast<float>(gather_segments); }
+  [[nodiscard]] std::uint64_t hash() const noexcept { return mix(mix(mix(samples, light_samples), gather_segments), emission_samples); }
 };
 
 class SampleMap {
@@ -27,14 +31,9 @@ class SampleMap {
 
   // What pixel (x, y) of the full frame takes in each pass.
   [[nodiscard]] SampleCount at(int x, int y) const noexcept { return counts_.empty() ? SampleCount{} : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ + static_cast<std::size_t>(x / side_)]; }
-  [[nodiscard]] double mean() const noexcept {
-    const auto add = [](double sum, const SampleCount& count) { return sum + count.samples; };
-    return counts_.empty() ? 1 : std::accumulate(counts_.begin(), counts_.end(), 0.0, add) / static_cast<double>(counts_.size());
-  }
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;
-    for (const SampleCount& c : counts_)
-      h = mix(h, static_cast<std::uint64_t>(c.samples) << 24 | static_cast<std::uint64_t>(c.light_samples) << 16 | static_cast<std::uint64_t>(c.gather_segments) << 8 | c.emission_samples);
+    for (const SampleCount& count : counts_) h = mix(h, count.hash());
     return h;
   }
 

@@ -12,24 +12,23 @@ constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; alon
 // Of a view sample by itself and of each gather segment, against that of asking one light; of a sample of emission alone.
 constexpr double cost_of_path = 4.5, cost_of_segment = 5.5, cost_of_emission = 1.3;
 constexpr std::uint8_t most_light_samples = 4, pilot_light_samples = 2;
-constexpr std::uint8_t choices_of_segments[] = {0, 1, 2, 4};
+constexpr std::uint8_t choices_of_segments[] = {SampleCount::by_turns, 1, 2, 4};
 constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
-constexpr double wanted_mean = 2;  // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
+constexpr double wanted_mean = 2.5;  // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
 
-double mean_of(std::uint8_t segments) { return segments == 0 ? GatherTurn::by_turns : segments; }
-double cost_of(const SampleCount& one) { return cost_of_path + one.light_samples + cost_of_segment * mean_of(one.gather_segments); }
+double cost_of_one(const SampleCount& count) { return cost_of_path + count.light_samples + cost_of_segment * count.mean_segments(); }
 
 // What pairs of samples in one block say, summed up.
 struct Block {
   V3d mean{0};                 // of the picture
   V3d variance{0};             // of one sample, but for emission that is seen
   V3d lights{0};               // of that what comes by the samples of lights
-  V3d gathers{0};              // and what by gather segments
+  V3d segments{0};             // and what by gather segments
   V3d emission{0}, emission2{0}, emission_variance{0};  // of what is seen: mean, mean square, and of one sample
   double pairs = 0;
   void operator+=(const Block& o) { add(o, 1); }
   void add(const Block& o, double weight) {
-    mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight, gathers += o.gathers * weight;
+    mean += o.mean * weight, variance += o.variance * weight, lights += o.lights * weight, segments += o.segments * weight;
     emission += o.emission * weight, emission2 += o.emission2 * weight, emission_variance += o.emission_variance * weight;
     pairs += o.pairs * weight;
   }
@@ -46,17 +45,17 @@ struct Block {
 
 // Of one sample in a block, against the picture.
 struct Noise {
-  double rest, lights, gathers;  // the last two with one light sample and one gather segment
-  double emission;               // that is seen
+  double rest, lights, segments;  // the last two with one light sample and one gather segment
+  double emission;                // that is seen
 
   Noise(const Block& b, double image_mean) : emission(b.relative_of_emission(image_mean)) {
     const auto relative = [&](const V3d& variance) { return relative_variance(variance / b.pairs, b.mean / b.pairs, image_mean); };
-    V3d left = b.variance - b.lights - b.gathers;
+    V3d left = b.variance - b.lights - b.segments;
     for (int c = 0; c < 3; ++c) left[c] = std::max(0.0, left[c]);  // all are estimates
-    rest = relative(left), lights = relative(b.lights) * pilot_light_samples, gathers = relative(b.gathers) * GatherTurn::by_turns;
+    rest = relative(left), lights = relative(b.lights) * pilot_light_samples, segments = relative(b.segments) * SampleCount{}.mean_segments();
   }
   // Of all but emission.
-  [[nodiscard]] double of(const SampleCount& c) const { return (rest + lights / c.light_samples + gathers / mean_of(c.gather_segments)) / c.samples; }
+  [[nodiscard]] double of_one(const SampleCount& count) const { return rest + lights / count.light_samples + segments / count.mean_segments(); }
 };
 
 // Calls act(count) for each choice of what one sample may take.
@@ -78,13 +77,13 @@ ViewSample sample_of(const PassContext& context, int x0, int y0, int side, int q
   const auto place = [half = static_cast<std::uint64_t>(side / 2)](std::uint64_t bits) { return static_cast<int>((bits & 0xffffffffu) * half >> 32); };
   const int x = x0 + side / 2 * (quarter % 2) + place(key), y = y0 + side / 2 * (quarter / 2) + place(key >> 32);
   const Sampler sampler(mix(key, 2 + which), 0);
-  const bool has_turn = ((mix(key, 6) ^ static_cast<std::uint64_t>(quarter)) & 1) == which;
+  const bool has_turn = static_cast<std::uint32_t>(quarter % 2 ^ quarter / 2) == which;  // as in passes, like the fields of a chessboard
   return {.x = x,
           .y = y,
           .sampler = sampler,
           .key = mix(key, 4 + which),
           .share = 0,
-          .turn = {.mean = GatherTurn::by_turns, .count = has_turn, .first = sampler},
+          .segments = {.mean = SampleCount{}.mean_segments(), .count = has_turn, .first = sampler},
           .light_samples = pilot_light_samples,
           .measures_lights = true};
 }
@@ -111,13 +110,13 @@ void look_at(ViewTracer& tracer, const PassContext& context, std::size_t column,
   for (std::size_t i = 0; i < count; ++i) {
     const V3d a(value[0][i].combined()), b(value[1][i].combined());
     const auto emission = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Emission)]); };
-    const auto gathered = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Indirect)]); };
-    const V3d of_gathers = gathered(0) - gathered(1);
+    const auto indirect = [&](int which) { return V3d(value[which][i].parts[static_cast<std::size_t>(Part::Indirect)]); };
+    const V3d of_indirect = indirect(0) - indirect(1);
     const V3d seen = (emission(0) + emission(1)) / 2, of_emission = emission(0) - emission(1), of_rest = a - b - of_emission;
     blocks[block_of[i]] += {.mean = (a + b) / 2,
                             .variance = of_rest * of_rest / 2,
                             .lights = (lights[0][i] + lights[1][i]) / 2,
-                            .gathers = of_gathers * of_gathers / 2,
+                            .segments = of_indirect * of_indirect / 2,
                             .emission = seen,
                             .emission2 = seen * seen,
                             .emission_variance = of_emission * of_emission / 2,
@@ -145,9 +144,9 @@ SampleCount best_count(const Noise& noise, double price) {
   SampleCount best;
   double least = infinity;
   for_each_kind([&](SampleCount count) {
-    const double cost = cost_of(count);
-    count.samples = rounded(std::sqrt(noise.of(count) / (price * cost)), 1, SampleMap::most);
-    const double loss = noise.of(count) + price * cost * count.samples;
+    const double of_one = noise.of_one(count), cost = price * cost_of_one(count);
+    count.samples = rounded(std::sqrt(of_one / cost), 1, SampleMap::most);
+    const double loss = of_one / count.samples + cost * count.samples;
     if (loss < least) least = loss, best = count;
   });
   best.emission_samples = rounded(std::sqrt(noise.emission / (price * cost_of_emission)), 0, SampleMap::most_of_emission);
@@ -162,10 +161,10 @@ std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double imag
   for (const Block& b : blocks) {
     const Noise noise(b, image_mean);
     double least = infinity;
-    for_each_kind([&](const SampleCount& one) { least = std::min(least, noise.of(one) * cost_of(one)); });
+    for_each_kind([&](const SampleCount& count) { least = std::min(least, noise.of_one(count) * cost_of_one(count)); });
     sum += std::sqrt(least) + std::sqrt(noise.emission * cost_of_emission);
   }
-  const double price = square(sum / (wanted_mean * cost_of({}) * static_cast<double>(blocks.size())));
+  const double price = square(sum / (wanted_mean * cost_of_one({}) * static_cast<double>(blocks.size())));
   if (!(price > 0) || !std::isfinite(price)) return {};
   std::vector<SampleCount> counts;
   for (const Block& b : blocks) counts.push_back(best_count(Noise(b, image_mean), price));

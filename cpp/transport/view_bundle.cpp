@@ -42,7 +42,8 @@ EventMask kinds_of(const Vertex& v) noexcept { return v.bsdf.events() & gatherin
 }  // namespace
 
 // The way from v to y, if it comes by a side and angle from which y is the same as for its finder.
-bool ViewTracer::connect(const Seer& to, const FarEnd& far, Connection& way) noexcept {
+bool ViewTracer::connect(const Seer& to, Connection& way) const noexcept {
+  const FarEnd& far = far_end_;
   const V3d towards = far.y.hit.position - to.v.hit.position;
   const double distance2 = towards.length2();
   way.to = &to, way.distance = std::sqrt(distance2);
@@ -63,8 +64,9 @@ bool ViewTracer::join_bundle(const ViewPath& path) noexcept {
   return true;
 }
 
-// From here on, light that leaves y is kept apart.
-void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share) {
+// From here on, light that leaves y is kept for the bundle.
+void ViewTracer::keep_far_end(const Arms& arms, const BsdfSample& sample, bool may_share) {
+  FarEnd& far = far_end_;
   far.is_own = !may_share;
   far.pdf = sample.pdf;
   far.width = least_width(scene_.material(far.y.hit), far.y);
@@ -74,15 +76,16 @@ void ViewTracer::keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& s
     far.light[i].picture = Color(0);
     far.light[i].layers.assign(scene_.edits().layers().size(), Color(0));
     far.light[i].taken.clear();
-    arm.far = &far, arm.index = i++;
+    arm.is_kept = true, arm.index = i++;
   }
   far.arrived.clear();
   far.may_be_taken = effects_.light_edits && scene_.may_be_taken_from(far.y.hit), far.knows_takers = false;
 }
 
 // Light in state q arrives at y.
-void ViewTracer::note_state(StateId q, FarEnd& far) {
-  if (effects_.light_edits && std::ranges::find(far.arrived, q) == far.arrived.end()) far.arrived.push_back(q);
+void ViewTracer::note_state(StateId q) {
+  std::vector<StateId>& known = far_end_.arrived;
+  if (effects_.light_edits && std::ranges::find(known, q) == known.end()) known.push_back(q);
 }
 
 // Which states it leaves y in, by any of its lobes, who would take it then, and where: all ways end at y, so they lie in a cone round the
@@ -140,49 +143,49 @@ void ViewTracer::gather_together() {
   for (std::size_t s = 0; s < seer_count_; ++s) {
     const Seer& seer = seers_[s];
     at_ = seer.sample, key_ = mix(bundle_[at_].key, s + 1), draws_ = 0;
-    const GatherTurn& turn = bundle_[at_].turn;
-    for (std::uint32_t i = 0; i < turn.count; ++i)
-      if (gather(seer.path, seer.v, turn.numbers(i), turn.mean, &far_end_)) share(seer);
+    const GatherSegments& segments = bundle_[at_].segments;
+    for (std::uint32_t i = 0; i < segments.count; ++i)
+      if (gather(seer.path, seer.v, segments.numbers(i), segments.mean, true)) share(seer);
   }
 }
 
 // The light of the y that `finder` found, to all that see it.
 void ViewTracer::share(const Seer& finder) {
-  const FarEnd& far = far_end_;
-  const bool has_photons = !std::ranges::all_of(far.arms, [](const Arm& arm) { return is_black(arm.light().picture); });  // layers are parts of it
+  FarEnd& far = far_end_;
+  const bool has_photons = !std::ranges::all_of(far.arms, [&](const Arm& arm) { return is_black(far.light_of(arm).picture); });  // layers are parts of it
   if (!has_photons && far.straight.count == 0) return;
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
   Connection& own = ways[count++];
-  const bool stays = far.is_own || !connect(finder, far, own) || is_taken(own, finder);
+  const bool stays = far.is_own || !connect(finder, own) || is_taken(own, finder);
   const bool shares_photons = has_photons && !stays && sees_same_photons(finder);
   for (const Arm& arm : far.arms) {
-    if (has_photons && !shares_photons) receive(finder, arm.light(), arm.weight);
-    if (stays) throw_straight_light(far, arm, far.y.bsdf, far.y.point.wo, finder, arm.weight);
+    if (has_photons && !shares_photons) receive(finder, far.light_of(arm), arm.weight);
+    if (stays) throw_straight_light(arm, far.y.bsdf, far.y.point.wo, finder, arm.weight);
   }
   if (stays || (!shares_photons && far.straight.count == 0)) return;
   for (const Seer& other : std::span(seers_).first(seer_count_)) {
     if (other.word != finder.word || &other == &finder) continue;
     Connection& way = ways[count];
-    if (!connect(other, far, way)) continue;
+    if (!connect(other, way)) continue;
     way.pdf = pdf(other.v.bsdf, other.v.point.wo, way.wi, gathering);
     if (way.pdf > 0) ++count;
   }
   const std::span others = std::span(ways).subspan(1, count - 1);
-  find_clear(others, far);
+  find_clear(others);
   for (Connection& way : others) way.is_open = way.is_open && !is_taken(way, finder);
   own.pdf = far.pdf, own.is_open = true;
   const std::span all = std::span(ways).first(count);
   float density = 0;
   for (const Connection& way : all)
-    if (way.is_open) density += bundle_[way.to->sample].turn.mean * way.pdf * way.geometry;
+    if (way.is_open) density += bundle_[way.to->sample].segments.mean * way.pdf * way.geometry;
   for (const Connection& way : all) {
     if (!way.is_open) continue;
-    const Bsdf& bsdf = lobes_towards(far, -way.wi);
+    const Bsdf& bsdf = lobes_towards(-way.wi);
     for (const Arm& arm : far.arms) {
       const Color factor = eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density);
-      if (shares_photons) receive(*way.to, arm.light(), factor);
-      throw_straight_light(far, arm, bsdf, -way.wi, *way.to, factor);
+      if (shares_photons) receive(*way.to, far.light_of(arm), factor);
+      throw_straight_light(arm, bsdf, -way.wi, *way.to, factor);
     }
   }
 }
@@ -203,7 +206,8 @@ bool ViewTracer::sees_same_photons(const Seer& finder) const noexcept {
 }
 
 // Of y, seen from wo: as its finder sees them, unless they depend on the direction and that is too far from the finder's.
-const Bsdf& ViewTracer::lobes_towards(const FarEnd& far, const V3f& wo) noexcept {
+const Bsdf& ViewTracer::lobes_towards(const V3f& wo) noexcept {
+  const FarEnd& far = far_end_;
   const bool differ = far.straight.count > 0 && scene_.material(far.y.hit).sees_direction() && wo.dot(far.y.point.wo) < std::cos(cone_of_lobes * radius_scale_);
   if (!differ) return far.y.bsdf;
   make_vertex(scene_, far.y.hit, wo, false, Carries::Radiance, far_);
@@ -211,11 +215,12 @@ const Bsdf& ViewTracer::lobes_towards(const FarEnd& far, const V3f& wo) noexcept
 }
 
 // The straight light that leaves y by wo for one arm, on to the eye.
-void ViewTracer::throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor) {
-  if (far.straight.count == 0) return;
+void ViewTracer::throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor) {
+  const StraightLight& straight = far_end_.straight;
+  if (straight.count == 0) return;
   outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)), outgoing_.taken.clear();
-  for (const StraightLight::Share& share : std::span(far.straight.shares).first(far.straight.count))
-    if (share.arm == arm.index) put(outgoing_, eval(bsdf, wo, far.straight.wi, mask_of(share.event)) * far.straight.arriving, share.q, share.images);
+  for (const StraightLight::Share& share : std::span(straight.shares).first(straight.count))
+    if (share.arm == arm.index) put(outgoing_, eval(bsdf, wo, straight.wi, mask_of(share.event)) * straight.arriving, share.q, share.images);
   receive(to, outgoing_, factor);
 }
 
@@ -238,7 +243,8 @@ void ViewTracer::credit_outgoing(Outgoing& light, const Color& radiance, StateId
   });
 }
 
-void ViewTracer::find_clear(std::span<Connection> ways, const FarEnd& far) noexcept {
+void ViewTracer::find_clear(std::span<Connection> ways) noexcept {
+  const FarEnd& far = far_end_;
   std::array<Ray, most_seers> rays;
   std::array<bool, most_seers> clear;
   const double clearance = far.y.hit.clearance.length();

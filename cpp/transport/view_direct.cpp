@@ -21,8 +21,7 @@ struct Arrived {
 }  // namespace
 
 // Next-event estimation at v, by as many samples as are worth their time there. The shadow segment runs straight through exits and is
-// blocked by every entry that takes q of L. `segments`: of those that v gathers by, each of
-// which may find the light too, the mean number.
+// blocked by every entry that takes q of L. `segments`: how many gather segments v sends in the mean; each may find the light too.
 void ViewTracer::direct_light(const ViewPath& path, const Vertex& v, float segments) {
   if (bundle_[at_].measures_lights) return measure_lights(path, v, segments);
   const std::uint32_t count = bundle_[at_].light_samples;
@@ -60,7 +59,7 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
   const Bsdf& bsdf = v.bsdf;
   const V3f& wo = v.point.wo;
 
-  // Lobes that end the path are sampled by the gather segment, followed ones by the path's extension.
+  // Lobes that end the path are sampled by gather segments, followed ones by the path's extension.
   std::array<Arrived, 3> arrived;
   std::size_t count = 0;
   for_each_event(bsdf.events(), [&](Event e) {
@@ -85,15 +84,15 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
 
 // Next-event estimation at the gather segment's end y, where it stands alone: what is hidden from it or too near, photon density has.
 void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Sampler& numbers, const Arms& arms) {
-  FarEnd* const far = arms.begin()->far;
+  const bool is_kept = arms.begin()->is_kept;
   const V3d& place = y.hit.position;
   const V3f side = side_lit_to_all(scene_.material(y.hit), y.bsdf);
   const auto asked = ask_light(place, side, guide_->trust.at_y(place), numbers.first(pair_of(path, 6)), numbers.pair(pair_of(path, 7)));
   if (!asked) return;
   const auto& [light, point, density] = *asked;
   if (is_too_near(scene_.lights()[static_cast<std::size_t>(light)], point.pdf)) return;
-  if (far && std::isfinite(far->width)) {
-    if (side == V3f(0) || side.dot(point.wi) > 0) keep_straight_light(*far, *asked);
+  if (is_kept && std::isfinite(far_end_.width)) {
+    if (side == V3f(0) || side.dot(point.wi) > 0) keep_straight_light(*asked);
     return;
   }
   std::array<Arrived, 2> arrived;
@@ -104,7 +103,7 @@ void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Sam
   if (count == 0) return;
   const auto way = unblocked(y, light, point);
   if (!way) return;
-  if (far) note_state(way->q, *far);
+  if (is_kept) note_state(way->q);
   for (const Arm& arm : arms)
     for (const Arrived& at : std::span(arrived).first(count)) {
       Joined to = join_behind(arm.joins, way->q, y, at.event);
@@ -114,11 +113,12 @@ void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Sam
 }
 
 // For all that may see y, by whatever lobes they see.
-void ViewTracer::keep_straight_light(FarEnd& far, const AskedLight& asked) {
+void ViewTracer::keep_straight_light(const AskedLight& asked) {
+  FarEnd& far = far_end_;
   const auto& [light, point, density] = asked;
   const auto way = unblocked(far.y, light, point);
   if (!way) return;
-  note_state(way->q, far);
+  note_state(way->q);
   far.straight.wi = point.wi, far.straight.arriving = point.radiance * way->left / density;
   for (const Arm& arm : far.arms)
     for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The estimators of design §5 at v, the view path's vertex with gathering lobes, beside direct light (view_direct.cpp): caustics and edited
-// light (photon density at v), and indirect light (one gather segment to y; next-event estimation and photon density there).
+// light (photon density at v), and indirect light (gather segments to y; next-event estimation and photon density there).
 #include <algorithm>
 
 #include "transport/radii.h"
@@ -10,15 +10,15 @@ namespace sluice {
 
 // Radiance that goes on to the eye by an arm; or, where the bundle shares it, that leaves y.
 void ViewTracer::deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) {
-  if (arm.far)
-    put(arm.light(), radiance, to.q, to.images);
+  if (arm.is_kept)
+    put(far_end_.light_of(arm), radiance, to.q, to.images);
   else
     add(Part::Indirect, path, radiance * arm.weight, to);
 }
 
 void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm) {
-  if (arm.far)
-    credit_outgoing(arm.light(), radiance, q);
+  if (arm.is_kept)
+    credit_outgoing(far_end_.light_of(arm), radiance, q);
   else
     credit_radiance(q, radiance * arm.weight * path.weight);
 }
@@ -150,53 +150,60 @@ Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample
 // From a v that shares nothing.
 void ViewTracer::gather_alone(const ViewPath& path, const Vertex& v) {
   if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
-  const auto segments = static_cast<std::uint32_t>(std::max(bundle_[at_].turn.mean, 1.0f));
-  for (std::uint32_t i = 0; i < segments; ++i) gather(path, v, sampler_.part(i, segments), static_cast<float>(segments), nullptr);
+  const std::uint32_t segments = bundle_[at_].segments.alone();
+  for (std::uint32_t i = 0; i < segments; ++i) gather(path, v, sampler_.part(i, segments), static_cast<float>(segments), false);
 }
 
 // One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
-// light found by lobe sampling. `segments`: that v sends in the mean; `shared`: where the bundle finds
-// what this one did, or null. True: it met a surface that may send light.
-bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, FarEnd* shared) {
-  const auto sample = sluice::sample(v.bsdf, v.point.wo, v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0, numbers.pair(pair_of(path, 5)), gathering);
+// light found by lobe sampling. `segments`: how many v sends in the mean. `shares`: what it finds at a surface is kept for the bundle; true
+// if it did.
+bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, bool shares) {
+  const float u = v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0;
+  const auto sample = sluice::sample(v.bsdf, v.point.wo, u, numbers.pair(pair_of(path, 5)), gathering);
   if (!sample || !(sample->pdf > 0)) return false;
   Arms arms = arms_of(path, v, *sample);
   for (Arm& arm : arms) arm.weight /= segments;
   const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * segments, light_samples()};
-  Ray ray = ray_from(v.hit, sample->wi);
+  Vertex& y = shares ? far_end_.y : far_;
+  const auto reached = reach(path, segment, ray_from(v.hit, sample->wi), arms, y);
+  if (!reached || !effects_.indirect) return false;
+  if (path.depth + 2 > settings_.max_depth) {
+    counts.depth_capped += y.bsdf.count > 0;
+    return false;
+  }
+  if (shares) keep_far_end(arms, *sample, reached->may_share);
+  const Arms& from_y = shares ? far_end_.arms : arms;
+  straight_light(path, y, numbers, from_y);
+  gather_at(path, y, from_y, reached->length, gather_radius(*guide_, reached->length, sample->pdf) * radius_scale_);
+  return true;
+}
+
+// Follows a gather segment through what is transparent to a surface y; lights on the way and there are direct light. Empty: it met none.
+std::optional<ViewTracer::Reached> ViewTracer::reach(const ViewPath& path, const LightSegment& segment, Ray ray, Arms& arms, Vertex& y) {
   double length = 0;
-  bool arrived = false;
-  int layer = 0;
-  Vertex& y = shared ? shared->y : far_;
-  for (; layer < max_alpha_layers && !arrived; ++layer) {
+  for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
     if (!hit) {
       narrow(path, segment, length, ray.t_max, nullptr, arms);
       far_emission(path, segment, arms);
-      return false;
+      return {};
     }
-    make_vertex(scene_, *hit, -sample->wi, false, Carries::Radiance, y);
+    make_vertex(scene_, *hit, -segment.direction, false, Carries::Radiance, y);
     narrow(path, segment, length, length + hit->t, &y, arms);
     length += hit->t;
     const float pass = y.pass_chance;
-    arrived = pass < 1 && (pass == 0 || random() >= pass);
+    const bool arrived = pass < 1 && (pass == 0 || random() >= pass);
     for (Arm& arm : arms) arm.weight *= arrived ? Color(1 / (1 - pass)) : y.bsdf.transparency / pass;
-    ray = ray_from(*hit, sample->wi);
+    if (arrived) {
+      surface_emission(path, segment, y, arms);
+      const Material& material = scene_.material(y.hit);
+      return Reached{length, layer == 0 && (material.is_opaque() || material.is_constant()) && pass == 0};
+    }
+    ray = ray_from(*hit, segment.direction);
   }
-  counts.alpha_capped += !arrived;
-  if (!arrived) return false;
-  surface_emission(path, segment, y, arms);
-  const bool is_deep = path.depth + 2 > settings_.max_depth;
-  counts.depth_capped += effects_.indirect && is_deep && y.bsdf.count > 0;
-  if (!effects_.indirect || is_deep) return false;
-  const Material& material = scene_.material(y.hit);
-  const bool may_share = layer == 1 && (material.is_opaque() || material.is_constant()) && y.pass_chance == 0;
-  if (shared) keep_far_end(*shared, arms, *sample, may_share);
-  const Arms& from_y = shared ? shared->arms : arms;
-  straight_light(path, y, numbers, from_y);
-  gather_at(path, y, from_y, length, gather_radius(*guide_, length, sample->pdf) * radius_scale_);
-  return true;
+  ++counts.alpha_capped;
+  return {};
 }
 
 // Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes at its far end (null: nothing
@@ -255,7 +262,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
 void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
   const int left = settings_.max_depth - path.depth - 2;  // events
   for (const Arm& arm : arms) {
-    if (!arm.far && is_black(arm.weight)) continue;
+    if (!arm.is_kept && is_black(arm.weight)) continue;
     for (const auto& [mask, joins, asked] : groups_of(arm.joins, y, arm.images)) {
       ++counts.gathers;
       const bool sums = path.hue < 0 && (asked & picture);
@@ -263,7 +270,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
       Color found_sum(0);
       const auto ask = [&, joins = joins](std::uint32_t q) {
         start_run(run, q, joins);
-        if (arm.far) note_state(state_of_[q], *arm.far);
+        if (arm.is_kept) note_state(state_of_[q]);
         return answer_of(run);
       };
       const auto found = [&](const Photon& photon, const Color& radiance, bool is_summed) {
@@ -277,7 +284,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
         if (sums) to.images &= ~picture;
         if (to.images) deliver(path, radiance, arm, to);
       };
-      const SumRule rule{sums, left, asks_state(joins) || (effects_.light_edits && arm.far)};
+      const SumRule rule{sums, left, asks_state(joins) || (effects_.light_edits && arm.is_kept)};
       const Sum sum = estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, rule, ask, found);
       counts.photons_gathered += sum.photons;
       if (sums) deliver(path, found_sum + sum.radiance, arm, {picture});

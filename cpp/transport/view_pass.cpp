@@ -51,48 +51,14 @@ Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t 
   return Sampler(key, index * samples + round, stream);
 }
 
-// Deals the segments of one round of a bundle out to its samples.
-class Turns {
- public:
-  Turns(const PassContext& context, const PixelGroup& group, std::uint32_t round)
-      : index_(static_cast<std::uint32_t>(context.pass / stream_count)),
-        // In each stream the other way round from pass to pass; who begins is a matter of chance.
-        turn_(static_cast<std::uint32_t>(context.pass % stream_count) + index_ + static_cast<std::uint32_t>(group.key() & 1)) {
-    std::uint32_t by_turns = 0;
-    for (const Pixel& p : group.pixels())
-      if (p.count.samples > round) segments_ += p.count.gather_segments, by_turns += p.count.gather_segments == 0;
-    places_ = segments_ + (by_turns + 1) / 2;
-    first_ = sampler_of(context, mix(group.key(), round), places_, 0);
-  }
-
-  // Of the pixels one after the other. Those that send one by turns go like the fields of a chessboard.
-  [[nodiscard]] GatherTurn next(const Pixel& pixel) noexcept {
-    const std::uint32_t segments = pixel.count.gather_segments, shift = (places_ % 5 == 0 ? 3 : 5) * (index_ / 2);  // another place at each turn
-    GatherTurn turn{.first = first_, .places = places_};
-    if (segments > 0) {
-      turn.mean = static_cast<float>(segments), turn.count = segments, turn.place = (dealt_ + shift) % places_;
-      dealt_ += segments;
-    } else {
-      turn.mean = GatherTurn::by_turns, turn.count = (by_turns_ + turn_) % 2, turn.place = (segments_ + by_turns_ / 2 + shift) % places_;
-      ++by_turns_;
-    }
-    return turn;
-  }
-
- private:
-  std::uint32_t index_, turn_, segments_ = 0, places_ = 1, dealt_ = 0, by_turns_ = 0;
-  Sampler first_;
-};
-
-ViewSample sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round, const GatherTurn& turn) {
+ViewSample sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round) {
   const std::uint64_t number = number_of(context, pixel);
   const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
   return {.x = pixel.x,
           .y = pixel.y,
           .sampler = sampler_of(context, key_of(context.settings.seed, Purpose::View, number), pixel.count.samples, round),
-          .key = round == 0 ? choices : mix(choices, round),
+          .key = mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
-          .turn = turn,
           .light_samples = pixel.count.light_samples,
           .seeks = pixel.count.emission_samples > 0 ? Seeks::AllButEmission : Seeks::All};
 }
@@ -112,23 +78,43 @@ std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
   return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
 }
 
-// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by in_round(round)(pixel).
-template <class Count, class InRound>
-void trace_rounds(const PixelGroup& group, const Film::Box& box, const Count& count_of, const InRound& in_round, ViewTracer& tracer, TileSamples& tile) {
-  std::array<ViewSample, bundle_size> bundle;
-  std::array<const Pixel*, bundle_size> pixel;
+// Gather segments of one round, to the samples of a bundle. Those that send one by turns go like the fields of a chessboard, in each stream
+// the other way round from pass to pass; who begins is a matter of chance.
+void deal_segments(const PassContext& context, std::uint64_t key, std::uint32_t round, std::span<const Pixel* const> pixels,
+                   std::span<ViewSample> bundle) {
+  auto turn = static_cast<std::uint32_t>(context.pass % stream_count + context.pass / stream_count) + round + static_cast<std::uint32_t>(key & 1);
+  std::uint32_t place = 0, always = 0, by_turns = 0;
+  for (std::size_t i = 0; i < bundle.size(); ++i) {
+    const SampleCount& count = pixels[i]->count;
+    const bool has_turns = count.gather_segments == SampleCount::by_turns;
+    bundle[i].segments = {.mean = count.mean_segments(), .count = has_turns ? turn++ % 2 : count.gather_segments, .first = {}, .place = place};
+    place += bundle[i].segments.count;
+    always += count.gather_segments, by_turns += has_turns;
+  }
+  const std::uint32_t most = always + (by_turns + 1) / 2;  // segments that a pass sends: so many of the sequence's points are its own
+  const Sampler first = sampler_of(context, mix(key, round), most, 0);
+  for (ViewSample& sample : bundle) sample.segments.first = first;
+}
+
+// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by sample(pixel, round).
+template <class Count, class Sample>
+void trace_rounds(const PassContext& context, const PixelGroup& group, const Film::Box& box, const Count& count_of, const Sample& sample,
+                  ViewTracer& tracer, TileSamples& tile) {
+  std::array<ViewSample, bundle_size> samples;
+  std::array<const Pixel*, bundle_size> pixels;
   for (std::uint32_t round = 0;; ++round) {
     std::size_t count = 0;
-    auto sample = in_round(round);
     for (const Pixel& p : group.pixels())
       if (count_of(p) > round) {
-        bundle[count] = sample(p);
-        pixel[count++] = &p;
+        samples[count] = sample(p, round);
+        pixels[count++] = &p;
       }
     if (count == 0) break;
-    tracer.trace(std::span(bundle).first(count));
+    const std::span bundle = std::span(samples).first(count);
+    if (bundle[0].seeks != Seeks::Emission) deal_segments(context, group.key(), round, std::span(pixels).first(count), bundle);
+    tracer.trace(bundle);
     for (std::size_t i = 0; i < count; ++i)
-      if (pixel[i]->is_inside) tile.add(index_in(box, *pixel[i]), tracer.sample(i), tracer.layers(i));
+      if (pixels[i]->is_inside) tile.add(index_in(box, *pixels[i]), tracer.sample(i), tracer.layers(i));
   }
 }
 
@@ -138,17 +124,13 @@ void sample_pixels(const PassContext& context, const PixelGroup& group, const Fi
     if (p.is_inside) tile.scale(index_in(box, p), factor);
   };
   const auto emission_of = [](const Pixel& p) -> std::uint32_t { return p.is_inside ? p.count.emission_samples : 0; };
-  const auto emission_in = [&](std::uint32_t round) {
-    return [&, round](const Pixel& p) { return emission_sample_of(context, p, round); };
-  };
-  trace_rounds(group, box, emission_of, emission_in, tracer, tile);
+  const auto emission_sample = [&](const Pixel& p, std::uint32_t round) { return emission_sample_of(context, p, round); };
+  trace_rounds(context, group, box, emission_of, emission_sample, tracer, tile);
   for (const Pixel& p : group.pixels())
     if (emission_of(p) > 0) scale(p, static_cast<float>(p.count.samples) / static_cast<float>(p.count.emission_samples));
   const auto all_of = [](const Pixel& p) -> std::uint32_t { return p.count.samples; };
-  const auto all_in = [&](std::uint32_t round) {
-    return [&, round, turns = Turns(context, group, round)](const Pixel& p) mutable { return sample_of(context, p, round, turns.next(p)); };
-  };
-  trace_rounds(group, box, all_of, all_in, tracer, tile);
+  const auto sample = [&](const Pixel& p, std::uint32_t round) { return sample_of(context, p, round); };
+  trace_rounds(context, group, box, all_of, sample, tracer, tile);
   for (const Pixel& p : group.pixels()) scale(p, 1 / static_cast<float>(p.count.samples));  // once, so that alpha is exactly 1
 }
 

@@ -103,8 +103,8 @@ void ViewTracer::follow(ViewPath& path) {
 // By the estimators of design §5, at v.
 void ViewTracer::collect_light(const ViewPath& path, const Vertex& v) {
   const bool shares = join_bundle(path);
-  const GatherTurn& turn = bundle_[at_].turn;
-  if (effects_.direct) direct_light(path, v, shares ? turn.mean : std::max(turn.mean, 1.0f));
+  const GatherSegments& segments = bundle_[at_].segments;
+  if (effects_.direct) direct_light(path, v, shares ? segments.mean : static_cast<float>(segments.alone()));
   close_density(path, v);
   if (!shares) gather_alone(path, v);
 }

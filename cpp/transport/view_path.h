@@ -76,7 +76,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   struct LightSegment {  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
     V3d origin;
     V3f direction, normal;
-    float pdf;  // of the direction; 0: next-event estimation could not have made it
+    float pdf;  // of the direction, times the number of such segments; 0: next-event estimation could not have made it
     float light_samples = 1;  // that it took there
     bool camera = false;
   };
@@ -157,7 +157,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   void measure_lights(const ViewPath& path, const Vertex& v, float segments);
   void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments);
   void straight_light(const ViewPath& path, const Vertex& y, const Sampler& numbers, const Arms& arms);
-  void keep_straight_light(FarEnd& far, const AskedLight& asked);
+  void keep_straight_light(const AskedLight& asked);
   struct Unblocked {
     Color left;
     StateId q;
@@ -172,7 +172,12 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   // photons and gather segments at v (view_light.cpp)
   void close_density(const ViewPath& path, const Vertex& v);
   void gather_alone(const ViewPath& path, const Vertex& v);
-  bool gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, FarEnd* shared);
+  bool gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, bool shares);
+  struct Reached {
+    double length;   // of the segment
+    bool may_share;  // no alpha on the way or there, of which a shadow ray cannot tell
+  };
+  [[nodiscard]] std::optional<Reached> reach(const ViewPath& path, const LightSegment& segment, Ray ray, Arms& arms, Vertex& y);
   void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
@@ -192,20 +197,20 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     bool is_open = false;  // nothing lies on it, no entry takes its light
   };
   [[nodiscard]] bool join_bundle(const ViewPath& path) noexcept;
-  void keep_far_end(FarEnd& far, const Arms& arms, const BsdfSample& sample, bool may_share);
+  void keep_far_end(const Arms& arms, const BsdfSample& sample, bool may_share);
   void put(Outgoing& light, const Color& radiance, StateId q, ImageSet images);
   void credit_outgoing(Outgoing& light, const Color& radiance, StateId q);
-  void note_state(StateId q, FarEnd& far);
+  void note_state(StateId q);
   void find_takers(const Seer& finder);
   void gather_together();
   void share(const Seer& finder);
-  [[nodiscard]] static bool connect(const Seer& to, const FarEnd& far, Connection& way) noexcept;
-  void find_clear(std::span<Connection> ways, const FarEnd& far) noexcept;
+  [[nodiscard]] bool connect(const Seer& to, Connection& way) const noexcept;
+  void find_clear(std::span<Connection> ways) noexcept;
   [[nodiscard]] bool is_taken(const Connection& way, const Seer& finder);
   [[nodiscard]] bool ask_entries(const Connection& way, const Seer& finder);
   [[nodiscard]] bool sees_same_photons(const Seer& finder) const noexcept;
-  [[nodiscard]] const Bsdf& lobes_towards(const FarEnd& far, const V3f& wo) noexcept;
-  void throw_straight_light(const FarEnd& far, const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
+  [[nodiscard]] const Bsdf& lobes_towards(const V3f& wo) noexcept;
+  void throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
   [[nodiscard]] float light_samples() const noexcept { return static_cast<float>(bundle_[at_].light_samples); }

@@ -35,12 +35,24 @@ inline Regions regions_of(const Film& film, int side, const FrameDescription& fr
   return out;
 }
 
+// All kinds of samples next to each other, in one bundle: few and many of them, of lights, of gather segments, of emission alone.
+inline SampleMap mixed_samples(const FrameDescription& frame) {
+  constexpr int side = 2;
+  constexpr SampleCount kinds[] = {{.gather_segments = SampleCount::by_turns}, {.light_samples = 2, .gather_segments = 1},
+                                   {.samples = 2, .gather_segments = 2}, {.gather_segments = 4, .emission_samples = 3}, {.samples = 2, .light_samples = 3}};
+  const int width = (frame.width + side - 1) / side, height = (frame.height + side - 1) / side;
+  std::vector<SampleCount> counts;
+  for (int block = 0; block < width * height; ++block) counts.push_back(kinds[(block + block / width) % std::size(kinds)]);
+  return {side, static_cast<std::size_t>(width), counts};
+}
+
 inline std::vector<Regions> render_core(const Scene& scene, TransportSettings settings, const CoreRender& how, int side, ThreadPool& pool, Counts& counts) {
   const Effects effects = find_effects(scene, settings);
   const std::atomic<bool> cancel{false};
   const auto guide_of = [&] {
     Guide guide = make_guide(scene, settings, effects, pool, cancel);
     guide.least_radius = guide.most_radius = guide.radius = static_cast<float>(how.gather_radius);  // small, and the same everywhere
+    guide.samples = mixed_samples(scene.frame());
     return guide;
   };
   Guide guide = guide_of();
