@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <utility>
 
 #include "base/random.h"
 
@@ -16,7 +17,7 @@ int total(const std::array<int, stream_count>& passes) noexcept { return std::ac
 
 Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y0)
     : width_(width), height_(height), before_x_(x0 % tile), before_y_(y0 % tile), planes_(fixed_planes()), layer_count_(static_cast<int>(layers.size())), stride_(layers_at + 3 * layer_count_),
-      sums_(static_cast<std::size_t>(width) * height * stride_, 0.0), block_(sums_.size(), 0.0), tile_passes_(tile_count()) {
+      sums_(static_cast<std::size_t>(width) * height * stride_), block_(sums_.size()), tile_passes_(tile_count()) {
   for (int i = 0; i < layer_count_; ++i) planes_.push_back({std::move(layers[i]), 3, layers_at + 3 * i});
 }
 
@@ -62,8 +63,9 @@ void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& sa
 }
 
 void Film::close_block() {
+  if (!std::exchange(has_closed_, true)) return std::swap(sums_, block_);
   for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += block_[i];
-  std::ranges::fill(block_, 0.0);
+  std::ranges::fill(block_.all(), 0.0);
 }
 
 int Film::channels(const std::string& name) const noexcept {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/colour.h"
+#include "base/zeros.h"
 
 namespace sluice {
 
@@ -108,7 +109,8 @@ class Film {
   int before_x_, before_y_;  // of the first tile, cut off
   std::vector<Plane> planes_;
   int layer_count_, stride_;
-  std::vector<double> sums_, block_;                          // of the closed blocks; of the open one
+  Zeros<double> sums_, block_;  // of the closed blocks; of the open one
+  bool has_closed_ = false;     // a block: else there are zeros in sums_
   std::vector<std::array<int, stream_count>> tile_passes_;
 };
 
