@@ -132,8 +132,8 @@ def test_a_row_of_partial_edits_takes_bounded_time():
 def test_a_row_of_partial_edits_keeps_its_light():
     """Each pane leaves 0.5 + 0.5 · 0.8 of it; as much as one pane that takes all and dims it so."""
     settings = {"passes": 4, "photons": 8192, "pilot_paths": 4096, "use_indirect": False}
-    row = seeds(add_row(lit(), 12), 8, **settings)
-    one = seeds(add_row(lit(), 1, amount=1, intensity=0.9**12), 8, **settings, seed=100)
+    row = seeds(add_row(lit(), 12), 12, **settings)
+    one = seeds(add_row(lit(), 1, amount=1, intensity=0.9**12), 12, **settings, seed=100)
     assert_same_mean(row.stack("Edited").sum((1, 2, 3)), one.stack("Edited").sum((1, 2, 3)), finest=0.1)
 
 

@@ -53,7 +53,7 @@ def test_a_tint_decides_nothing():
         scene, _ = floor_scene("point")
         scene.box("Wall", (-1.0, 0.7, 0), (1.0, 0.8, 0.8), diffuse(0.7))  # for light that goes on
         scene.edit("L.*", ENTRY, [{**exit_at((0.2, 0.1, 0.5), (0.3, 0, 0), (0, 0.3, 0)), "tint": tint}])
-        pictures.append(render(scene)["Combined"] @ LUMINANCE)
+        pictures.append(seeds(scene, 5).stack() @ LUMINANCE)  # how many photons rounding moves is a matter of the seed: 0 to 9 % of the pixels
     for picture in pictures[1:]:
         same = np.isclose(picture, pictures[0], rtol=1e-3)
         assert same.mean() > 0.95
