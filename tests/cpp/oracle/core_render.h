@@ -38,8 +38,8 @@ inline Regions regions_of(const Film& film, int side, const FrameDescription& fr
 // All kinds of samples next to each other, in one bundle: few and many of them, of lights, of gather segments, of emission alone.
 inline SampleMap mixed_samples(const FrameDescription& frame) {
   constexpr int side = 2;
-  constexpr SampleCount kinds[] = {{.gather_segments = SampleCount::by_turns}, {.light_samples = 2, .gather_segments = 1},
-                                   {.samples = 2, .gather_segments = 2}, {.gather_segments = 4, .emission_samples = 3}, {.samples = 2, .light_samples = 3}};
+  constexpr SampleCount kinds[] = {{}, {.gather_segments = 1}, {}, {.light_samples = 2, .gather_segments = 2}, {}, {},
+                                   {.gather_segments = 4, .emission_samples = 2}, {.samples = 2}};
   const int width = (frame.width + side - 1) / side, height = (frame.height + side - 1) / side;
   std::vector<SampleCount> counts;
   for (int block = 0; block < width * height; ++block) counts.push_back(kinds[(block + block / width) % std::size(kinds)]);
