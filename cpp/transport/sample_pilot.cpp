@@ -158,8 +158,9 @@ SampleCount best_count(const Noise& noise, double price) {
 // numbers are as the root of a sample's noise over its cost. Empty: there is no noise, or more than numbers hold.
 std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double image_mean) {
   double sum = 0;  // of the roots of noise times cost: all time is that over the root of the price
+  std::vector<Noise> noises;
   for (const Block& b : blocks) {
-    const Noise noise(b, image_mean);
+    const Noise& noise = noises.emplace_back(b, image_mean);
     double least = infinity;
     for_each_kind([&](const SampleCount& count) { least = std::min(least, noise.of_one(count) * cost_of_one(count)); });
     sum += std::sqrt(least) + std::sqrt(noise.emission * cost_of_emission);
@@ -167,7 +168,7 @@ std::vector<SampleCount> share_out(const std::vector<Block>& blocks, double imag
   const double price = square(sum / (wanted_mean * cost_of_one({}) * static_cast<double>(blocks.size())));
   if (!(price > 0) || !std::isfinite(price)) return {};
   std::vector<SampleCount> counts;
-  for (const Block& b : blocks) counts.push_back(best_count(Noise(b, image_mean), price));
+  for (const Noise& noise : noises) counts.push_back(best_count(noise, price));
   return counts;
 }
 

@@ -155,8 +155,8 @@ void ViewTracer::gather_alone(const ViewPath& path, const Vertex& v) {
 }
 
 // One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
-// light found by lobe sampling. `segments`: how many v sends in the mean. `shares`: what it finds at a surface is kept for the bundle; true
-// if it did.
+// light found by lobe sampling. `segments`: how many v sends in the mean. `shares`: what it finds at a surface is kept for the bundle. True: it
+// found a surface whose light counts.
 bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, bool shares) {
   const float u = v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0;
   const auto sample = sluice::sample(v.bsdf, v.point.wo, u, numbers.pair(pair_of(path, 5)), gathering);
