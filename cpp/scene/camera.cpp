@@ -81,6 +81,10 @@ CameraRay Camera::generate(float x, float y, const V2f& lens) const noexcept {
 
 double Camera::depth(const V3d& position) const noexcept { return (position - eye_).dot(V3d(forward_)); }
 
+double Camera::footprint(const V3d& position) const noexcept {
+  return std::sqrt(step_x_ * step_y_) * (perspective_ ? (position - eye_).length() : 1);
+}
+
 std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   const V3d to = position - eye_;
   const double z = to.dot(V3d(forward_));

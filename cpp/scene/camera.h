@@ -27,6 +27,8 @@ class Camera {
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
   // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start behind the camera.
   [[nodiscard]] bool is_invertible() const noexcept;
+  // Side of the footprint of a full-frame pixel in the middle of the view (m), on a surface at `position` that faces the camera.
+  [[nodiscard]] double footprint(const V3d& position) const noexcept;
   [[nodiscard]] double blur(double depth) const noexcept;                          // pixels: most distance from project() at which the lens shows a point
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
 

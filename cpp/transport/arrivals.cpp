@@ -11,23 +11,16 @@
 namespace sluice {
 namespace {
 
-constexpr int all_paths = 1 << 15, fewest_paths = 1 << 7, most_targets = 32;
+constexpr int all_paths = 1 << 15, fewest_paths = 1 << 7;
+constexpr std::size_t max_targets = 32;
+constexpr float own_share = 1.0f / 3;  // of the photons leave as they would anyway
 constexpr std::size_t most_kinds = 5, longest = 5;
 
-// Light by power; a third of it towards the first target, which is an entry's, a third towards what mirrors or refracts.
-Guide aim_at_entries(const Scene& scene) {
-  Guide guide;
-  guide.targets.resize(1);
-  add_specular_targets(scene, most_targets, guide.targets);
-  if (const auto far = find_far_entries(scene).target) guide.targets.push_back(*far);
-  std::vector<float> strategy(guide.targets.size() + 2, 1.0f / static_cast<float>(std::max<std::size_t>(guide.targets.size() - 1, 1)));
-  strategy[0] = strategy[1] = 1, strategy.back() = 0;
-  std::vector<float> power;
-  for (const Light& light : scene.lights()) power.push_back(light.power);
-  guide.lights = Distribution(power);
-  guide.strategies.assign(power.size(), Distribution(strategy));
-  guide.aims.resize(power.size());
-  return guide;
+// What light may come by on its way to an entry: things that mirror or refract, and entries far out.
+std::vector<Target> places_on_the_way(const Scene& scene) {
+  std::vector<Target> places = specular_targets(scene, max_targets);
+  if (const auto far = find_far_entries(scene).target) places.push_back(*far);
+  return places;
 }
 
 std::string quoted(const std::string& name) {
@@ -121,12 +114,12 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
   std::vector<Arrivals> found(static_cast<std::size_t>(scene.edits().size()));
   if (found.empty()) return found;
   const int paths = std::max(fewest_paths, all_paths / static_cast<int>(found.size()));
-  Guide guide = aim_at_entries(scene);
+  const std::vector<Target> places = places_on_the_way(scene);
   LightTracer tracer(scene, settings, effects, threads);
-  for (std::size_t e = 0; e < found.size() && !guide.lights.empty() && !cancel; ++e) {
+  for (std::size_t e = 0; e < found.size() && !scene.lights().empty() && !cancel; ++e) {
     const Edit& edit = scene.edits()[static_cast<int>(e)];
     if (edit.side != Side::Light) continue;
-    guide.targets[0] = sphere_around(edit.entry);
+    const Guide guide = aim_at(scene, sphere_around(edit.entry), places, own_share);
     Witness witness(scene.edits(), static_cast<int>(e));
     std::map<std::string, double> kinds[2];  // by side: what a surface sends back would hide what arrives at it
     double total[2] = {0, 0};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "transport/emission.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace sluice {
@@ -34,7 +35,7 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const Guide& guid
   const Target all = whole_scene(scene);
   const std::size_t by_table = guide.targets.size() + 1;
   const AimTable& table = guide.aims[static_cast<std::size_t>(light)];
-  const SunPlane plane(all, sun_axis(scene, light));
+  const SunPlane plane(guide.aimed, sun_axis(scene, light));
   V3d through;
   if (strategy.index == by_table) {
     through = plane.point(table.sample(strategy.u, sampler.pair(1)));
@@ -105,7 +106,9 @@ std::uint64_t Guide::hash() const noexcept {
   std::uint64_t h = 0;
   const auto add = [&h](auto x) { h = mix(h, std::bit_cast<std::uint32_t>(static_cast<float>(x))); };
   for (std::size_t i = 0; i < lights.size(); ++i) add(lights.pmf(i));
-  for (const Target& t : targets) add(t.centre.x), add(t.centre.y), add(t.centre.z), add(t.radius);
+  const auto add_target = [&add](const Target& t) { add(t.centre.x), add(t.centre.y), add(t.centre.z), add(t.radius); };
+  std::ranges::for_each(targets, add_target);
+  add_target(aimed);
   for (const Distribution& d : strategies)
     for (std::size_t i = 0; i < d.size(); ++i) add(d.pmf(i));
   for (const AimTable& table : aims)

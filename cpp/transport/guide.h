@@ -129,17 +129,27 @@ class LightTrusts {
   std::vector<float> at_v_, at_y_;
 };
 
+// A light (or an effect) that may well bring something to the picture, though the pilot found nothing of it there. Its noise is not known before
+// it is found.
+struct Unmet {
+  int light;         // -1: an effect
+  const char* effect;
+  float share;  // of the photons, kept for it
+};
+
 struct Guide {
   LightTrusts trust;
   Distribution lights;                    // share of the photons of each light
   std::vector<Target> targets;
-  std::vector<AimTable> aims;             // per light; empty for the world
+  std::vector<AimTable> aims;             // per light; empty for the world, and where few useful photons are known
+  Target aimed{V3d(0), 0};                // the sphere that the tables of suns cover
   // Per light: 0 = its own distribution (>= 25 %), 1 + t = towards target t, 1 + number of targets = by its aims.
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
   Disks sharp_disks, soft_disks;            // of caustics and edited light, and of what is soft of those (photon.h)
   float radius = 0, caustic_radius = 0;     // typical radii of the first pass, at y and v, which photon maps' cells are made for
   SampleMap samples;                        // of each pixel in a pass
+  std::vector<Unmet> unmet;                 // no part of the hash
 
   [[nodiscard]] std::uint64_t hash() const noexcept;
 };

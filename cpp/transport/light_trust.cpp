@@ -73,7 +73,7 @@ struct Sums {
   }
 };
 
-Sums try_where_seen(const Scene& scene, const TransportSettings& settings, std::span<const Hit> seen, ThreadPool& pool, const std::atomic<bool>& cancel) {
+Sums try_where_seen(const Scene& scene, const TransportSettings& settings, std::span<const Hit> seen, double extent, ThreadPool& pool, const std::atomic<bool>& cancel) {
   const std::size_t lights = scene.lights().size(), most = lights == 1 ? trials_of_one_light : most_trials / lights;
   const std::size_t step = seen.size() / most | 1, points = (seen.size() + step - 1) / step;  // odd: v and y take turns in what is seen
   Table<Trial> found{lights, std::vector<Trial>(points * lights)};
@@ -81,7 +81,7 @@ Sums try_where_seen(const Scene& scene, const TransportSettings& settings, std::
     const std::uint64_t key = key_of(settings.seed, PilotPurpose::Lights, i);
     for (std::size_t l = 0; l < lights && !cancel; ++l) found.row(i)[l] = try_light(scene, static_cast<int>(l), seen[i * step], key);
   });
-  Sums sums{{lights, std::vector<Trial>(lights)}, {0}, NumberedCells<std::uint32_t>(cell_of_extent * scene.extent())};
+  Sums sums{{lights, std::vector<Trial>(lights)}, {0}, NumberedCells<std::uint32_t>(cell_of_extent * extent)};
   for (std::size_t i = 0; i < points; ++i) sums.add(seen[i * step].position, found.row(i));
   return sums;
 }
@@ -94,10 +94,10 @@ bool is_hidden(const Light& light, const Effects& effects, const Trial& anywhere
 
 }  // namespace
 
-LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, ThreadPool& pool, const std::atomic<bool>& cancel) {
+LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, double extent, ThreadPool& pool, const std::atomic<bool>& cancel) {
   const std::size_t lights = scene.lights().size();
   if (lights == 0 || lights > few_lights || seen.empty()) return {};
-  Sums sums = try_where_seen(scene, settings, seen, pool, cancel);
+  Sums sums = try_where_seen(scene, settings, seen, extent, pool, cancel);
   Table<float> trust{lights, std::vector<float>(sums.trials.values.size())};
   std::vector<char> hidden;
   const std::span anywhere = trust.row(0);

@@ -13,6 +13,6 @@
 namespace sluice {
 
 // `seen`: what view paths meet at v and y, ng on the side they came from. Empty where lights are many or nothing is seen.
-[[nodiscard]] LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, ThreadPool& pool, const std::atomic<bool>& cancel);
+[[nodiscard]] LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, double extent, ThreadPool& pool, const std::atomic<bool>& cancel);
 
 }  // namespace sluice

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/visible.h"
+
+#include <algorithm>
+
+#include "base/sampling.h"
+#include "transport/pass.h"
+
+namespace sluice {
+namespace {
+
+constexpr double cells_across = 24;  // the picture, about
+constexpr int paths_per_view_sample = 8, max_depth_of_look = 12;
+constexpr float faces_axis = 0.4f;                              // cosine from which a normal may belong to hits counted for an axis
+constexpr double quantiles[] = {0.25, 0.5, 0.75, 0.9, 1};       // of what is seen, by its distance from the camera
+constexpr double growth_of_sights = 2.5, trimmed = 0.02;        // least ratio of radii; outliers left out of a sphere
+
+int side_of(const V3f& n) noexcept {
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(n[i]) > std::abs(n[axis])) axis = i;
+  return 2 * axis + (n[axis] < 0 ? 1 : 0);
+}
+
+// Around all of the points but the outermost.
+Target sphere_around(std::span<const Hit> hits) {
+  V3d middle(0);
+  std::vector<double> values(hits.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::transform(hits, values.begin(), [axis](const Hit& hit) { return hit.position[axis]; });
+    std::ranges::sort(values);
+    const std::size_t out = static_cast<std::size_t>(static_cast<double>(values.size()) * trimmed / 2);
+    middle[axis] = 0.5 * (values[out] + values[values.size() - 1 - out]);
+  }
+  std::ranges::transform(hits, values.begin(), [&](const Hit& hit) { return (hit.position - middle).length(); });
+  std::ranges::sort(values);
+  return {middle, static_cast<float>(values[static_cast<std::size_t>(static_cast<double>(values.size()) * (1 - trimmed))])};
+}
+
+}  // namespace
+
+// A place of no distance from the camera still has a size that numbers of its coordinates can tell apart.
+double Visible::edge(const V3d& p) const noexcept { return std::ldexp(1.0, level(p)); }
+
+int Visible::level(const V3d& p) const noexcept {
+  const FrameDescription& frame = scene_.frame();
+  const double across = scene_.camera().footprint(p) * std::max(frame.width, frame.height) / cells_across;
+  return std::ilogb(std::max(across, 1e-6 * scene_.extent()));
+}
+
+void Visible::add(const Vertex& vertex, const V3f& direction) {
+  Hit hit = vertex.hit;
+  if (hit.ng.dot(direction) > 0) hit.ng = -hit.ng;
+  const int at = level(hit.position);
+  std::uint32_t& number = levels_.try_emplace(at, std::ldexp(1.0, at)).first->second.at(hit.position);
+  if (number == 0) {
+    sides_.emplace_back();
+    number = static_cast<std::uint32_t>(sides_.size());
+  }
+  const int side = side_of(hit.ng);
+  ++sides_[number - 1][static_cast<std::size_t>(side)];
+  if (lit_side(vertex.bsdf) == V3f(0)) ++sides_[number - 1][static_cast<std::size_t>(side ^ 1)];  // light comes through from behind
+  hits_.push_back(hit);
+}
+
+int Visible::cell(const V3d& p) const noexcept {
+  const auto found = levels_.find(level(p));
+  const std::uint32_t* number = found == levels_.end() ? nullptr : found->second.find(p);
+  return number ? static_cast<int>(*number) - 1 : -1;
+}
+
+double Visible::hits_in(int cell, const V3f& normal) const noexcept {
+  const auto& sides = sides_[static_cast<std::size_t>(cell)];
+  double hits = 0;
+  for (int side = 0; side < 6; ++side)
+    if ((side % 2 ? -1 : 1) * normal[side / 2] > faces_axis) hits += sides[static_cast<std::size_t>(side)];
+  return hits;
+}
+
+std::vector<Sight> Visible::sights() const {
+  std::vector<Sight> kept;  // the largest first
+  std::vector<double> parts;
+  if (hits_.empty()) return kept;
+  std::vector<Hit> sorted = hits_;
+  const V3d& eye = scene_.camera().position();
+  std::ranges::stable_sort(sorted, {}, [&](const Hit& hit) { return (hit.position - eye).length2(); });
+  for (std::size_t i = std::size(quantiles); i-- > 0;) {
+    const auto count = static_cast<std::size_t>(std::ceil(static_cast<double>(sorted.size()) * quantiles[i]));
+    const Target sphere = sphere_around(std::span(sorted).first(count));
+    if (!kept.empty() && sphere.radius * growth_of_sights > kept.back().sphere.radius) continue;
+    kept.push_back({sphere, 0}), parts.push_back(quantiles[i]);
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i].share = static_cast<float>(parts[i] - (i + 1 < parts.size() ? parts[i + 1] : 0));
+  std::ranges::reverse(kept);
+  return kept;
+}
+
+Visible look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel) {
+  Visible seen(scene);
+  const FrameDescription& frame = scene.frame();
+  int count = 0, far_count = 0;
+  Vertex vertex, far;
+  for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
+    const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
+    const V2f pixel = sampler.pair(0);
+    const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
+    Ray ray = camera.ray;
+    double length = 0;
+    bool ended = false;
+    for (std::uint32_t depth = 0; depth < max_depth_of_look && !ended; ++depth) {
+      const auto hit = scene.intersect(ray);
+      if (!hit) break;
+      make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
+      length += hit->t;
+      V3f onward = ray.direction;
+      if (vertex.bsdf.events() & gathering) {
+        seen.add(vertex, ray.direction);
+        seen.mean_footprint += camera.width + camera.spread * length;
+        ++count, ended = true;
+        onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
+        if (const auto next = scene.intersect(ray_from(*hit, onward))) {
+          make_vertex(scene, *next, -onward, false, Carries::Radiance, far);
+          seen.add(far, onward);
+          seen.mean_length += next->t;
+          ++far_count;
+        }
+      } else if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed)) {
+        onward = sample->wi;
+      } else if (is_black(vertex.bsdf.transparency)) {
+        break;
+      }
+      ray = ray_from(*hit, onward);
+    }
+  }
+  seen.mean_footprint /= std::max(count, 1), seen.mean_length /= std::max(far_count, 1);
+  return seen;
+}
+
+}  // namespace sluice
