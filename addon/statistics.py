@@ -10,10 +10,13 @@ import bpy
 from . import handlers, status
 
 # acted: it took light, or paths from the eye; powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the
-# picture; taker: an edit that takes most of the light before; arrivals: [(word, share)]
-Found = namedtuple("Found", "matched moved capped acted power_in power_out taken share seconds crossed probed taker arrivals")
+# picture; floats, side: how far it floats in front of its plane, and its shorter side (m); taker: an edit that takes most of the light
+# before; arrivals: [(word, share)]
+Found = namedtuple("Found", "matched moved capped acted power_in power_out taken share seconds floats side crossed probed taker arrivals")
 METHOD = ("Share: of all light in the picture, what this edit took on its way, as the layer L.*F'…'.*E shows it. Seconds: measured on the paths "
           "behind its squares, over the threads; asking which light crosses them, and gathering it on surfaces, are not in it")
+
+_FLOATS_TO_TELL = 1e-3  # of a side: what that much lower catches or sends out is another place to the eye
 
 _found = {}
 
@@ -28,7 +31,7 @@ def remember(session):
 def _read(row, told, passes):
     part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
     return Found(row["matched"], row["moved"], row["capped"], row["acted"], row["energy_in"] / passes, row["energy_out"] / passes,
-                 part / whole if whole else 0, row["share"], row["seconds"], row.get("crossed", 0), row.get("probed", 0), taker(row),
+                 part / whole if whole else 0, row["share"], row["seconds"], row.get("floats", 0), row.get("side", 0), row.get("crossed", 0), row.get("probed", 0), taker(row),
                  row.get("arrivals", ()))
 
 
@@ -61,8 +64,9 @@ def lines(found):
     """[(sentence, icon)] for the panel."""
     if found is None:
         return []
+    floats = [(f"Floats {length(found.floats)} in front of its plane", 'INFO')] if found.floats > _FLOATS_TO_TELL * found.side > 0 else []
     if not found.acted:
-        return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))]
+        return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))] + floats
     if found.matched:
         told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK')]
     else:  # no photon came by
@@ -77,7 +81,7 @@ def lines(found):
             told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
         told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
-    return told
+    return told + floats
 
 
 def _nothing(found):
@@ -94,6 +98,14 @@ def _nothing(found):
 def percent(share):
     """3.1 %, 12 %, 100 %."""
     return f"{100 * share:.2g} %" if 1e-4 <= share < 0.0995 else "under 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.0f} %"
+
+
+def length(metres):
+    """1.23 m, 4.5 cm, 6.7 mm."""
+    for unit, size in (("km", 1e3), ("m", 1), ("cm", 1e-2), ("mm", 1e-3)):
+        if metres >= size:
+            return f"{metres / size:.3g} {unit}"
+    return f"{metres:.1e} m"
 
 
 def power(watts):

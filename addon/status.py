@@ -44,8 +44,14 @@ def line(progress):
     if _known(progress["seconds_left"]):
         parts.append(f"Left {duration(progress['seconds_left'])}")
     if _known(progress["error_estimate"]):
-        parts.append(f"Noise {100 * progress['error_estimate']:.2g} %")
+        parts.append(f"Noise {100 * progress['error_estimate']:.2g} %{_unmet(progress)}")
     return " | ".join(parts)
+
+
+def _unmet(progress):
+    """What the noise does not know of: lights and effects of which nothing was found before the first pass."""
+    names = progress.get("unmet") or ()
+    return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
 
 
 def summary(progress):
@@ -53,7 +59,7 @@ def summary(progress):
     parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
              f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
     if _known(progress["error_estimate"]):
-        parts.append(f"noise {100 * progress['error_estimate']:.2g} %")
+        parts.append(f"noise {100 * progress['error_estimate']:.2g} %{_unmet(progress)}")
     return ", ".join(parts)
 
 

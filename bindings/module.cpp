@@ -51,6 +51,7 @@ py::dict progress_of(const Session& session) {
   d["state"] = states[static_cast<int>(p.state)], d["stop_reason"] = reasons[static_cast<int>(p.stop_reason)];
   d["pass"] = p.pass, d["passes"] = p.passes, d["photons"] = p.photons, d["seconds"] = p.seconds;
   d["seconds_left"] = or_none(p.seconds_left), d["error_estimate"] = or_none(p.relative_error);
+  d["unmet"] = p.unmet;
   d["memory"] = p.memory, d["message"] = p.failure ? p.failure->message : std::string();
   d["error"] = py::none();
   if (p.failure) {
@@ -66,12 +67,13 @@ py::dict statistics_of(const Session& session) {
   const Statistics s = session.statistics();
   const Counts& c = s.counts;
   py::dict d, seconds, dropped, ledger;
-  py::list effects, edits, layers;
+  py::list effects, edits, layers, unmet;
   seconds["compile"] = s.seconds[0], seconds["guide"] = s.seconds[1], seconds["photons"] = s.seconds[2], seconds["view"] = s.seconds[3];
   for (const auto& reason : s.reasons) effects.append(py::make_tuple(reason.effect, reason.runs, reason.why));
   for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
     py::dict edit;
     edit["name"] = s.edit_names[e], edit["matched"] = c.edits[e].matched, edit["moved"] = c.edits[e].moved, edit["capped"] = c.edits[e].capped;
+    edit["floats"] = s.edit_floats[e].distance, edit["side"] = s.edit_floats[e].side;
     edit["energy_in"] = c.edits[e].energy_in, edit["energy_out"] = c.edits[e].energy_out;
     edit["acted"] = c.edits[e].has_acted(), edit["share"] = e < s.edit_shares.size() ? s.edit_shares[e] : 0.0, edit["seconds"] = c.edits[e].seconds / s.threads;
     if (e < s.arrivals.size()) {
@@ -87,6 +89,7 @@ py::dict statistics_of(const Session& session) {
     layer["name"] = l.name, layer["expression"] = l.expression, layer["share"] = l.share;
     layers.append(layer);
   }
+  for (const UnmetShare& each : s.unmet) unmet.append(py::dict(py::arg("name") = each.name, py::arg("share") = each.share));
   dropped["non_finite"] = c.non_finite, dropped["adjoint_clamped"] = c.adjoint_clamped, dropped["depth_capped"] = c.depth_capped;
   dropped["gates_capped"] = c.gates_capped, dropped["split_capped"] = c.split_capped, dropped["grazing_dropped"] = c.grazing_dropped;
   dropped["alpha_capped"] = c.alpha_capped, dropped["states_capped"] = c.states_capped;
@@ -97,7 +100,7 @@ py::dict statistics_of(const Session& session) {
   d["rays"] = c.rays + c.shadow_rays, d["photon_paths"] = c.photon_paths, d["photons_stored"] = c.photons_stored;
   d["view_paths"] = c.view_paths, d["gathers"] = c.gathers, d["photons_gathered"] = c.photons_gathered, d["edit_queries"] = c.edit_queries;
   d["bytes_per_photon"] = s.bytes_per_photon, d["triangles"] = s.triangles, d["threads"] = s.threads, d["guide_hash"] = hex(s.guide_hash);
-  d["radius"] = s.radius;
+  d["radius"] = s.radius, d["unmet"] = unmet;
   return d;
 }
 

@@ -58,6 +58,8 @@ std::string describe(const Statistics& s) {
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);
+  for (const UnmetShare& unmet : s.unmet)
+    text += "not met: " + unmet.name + format(": the pilot found nothing of it where the camera looks; %.2g %% of the photons look on, and the noise told does not know of it\n", 100 * unmet.share);
   text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu by alpha layers, %llu by states, %llu splits; "
                  "grazing exits: %llu\n",
                  static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),

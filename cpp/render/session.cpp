@@ -33,6 +33,16 @@ std::vector<std::string> layer_names(const Scene& scene) {
   return names;
 }
 
+// By the names that the artist knows them by.
+std::vector<UnmetShare> unmet_of(const Scene& scene, const Guide& guide) {
+  std::vector<UnmetShare> named;
+  for (const auto& [light, effect, share] : guide.unmet) {
+    const std::vector<std::string> none, &names = light < 0 ? none : scene.entities()[static_cast<std::size_t>(scene.light_entity(light))].names;
+    named.push_back({names.empty() ? effect : names.front(), share});
+  }
+  return named;
+}
+
 void switch_off(std::vector<EditDescription>& edits) {
   for (EditDescription& edit : edits) edit.enabled = false;  // layers may name them all the same
 }
@@ -181,7 +191,10 @@ void Session::render_scene(const Scene& scene) {
 // Between the halves of the first pass: where view samples go is found out with its photons.
 void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool, double photon_seconds) {
   if (first.settings.use_adaptive_sampling) guide.samples = place_samples(first, photons, pool, cancel_);
+  std::vector<UnmetShare> unmet = unmet_of(first.scene, guide);
   const std::lock_guard lock(lock_);
+  for (const UnmetShare& each : unmet) progress_.unmet.push_back(each.name);
+  statistics_.unmet = std::move(unmet);
   statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
   statistics_.guide_hash = guide.hash();
   statistics_.radius = {guide.radius, guide.caustic_radius};
@@ -205,7 +218,11 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
   statistics_.reasons = effects.reasons;
   statistics_.triangles = scene.triangle_count();
   statistics_.threads = settings_.threads;
-  for (int e = 0; e < scene.edits().size(); ++e) statistics_.edit_names.push_back(scene.edits()[e].name);
+  for (int e = 0; e < scene.edits().size(); ++e) {
+    const Quad& entry = scene.edits()[e].entry;
+    statistics_.edit_names.push_back(scene.edits()[e].name);
+    statistics_.edit_floats.push_back({scene.edits().delta() + entry.offset, std::min(entry.edge_u.length(), entry.edge_v.length())});
+  }
   statistics_.counts.edits.resize(statistics_.edit_names.size());
   progress_.state = State::Rendering;
   begin_ = Clock::now();

@@ -41,6 +41,7 @@ struct Progress {
   double seconds = 0;           // of rendering
   double seconds_left = -1;     // estimate to the nearest stop; < 0: unknown
   double relative_error = -1;   // of the picture; < 0: fewer than 4 passes
+  std::vector<std::string> unmet;  // lights and effects that it does not know of: the pilot found nothing of them
   std::size_t memory = 0;       // bytes of film and photon maps
   std::optional<Failure> failure;
 };
@@ -48,6 +49,17 @@ struct Progress {
 struct LayerShare {
   std::string name, expression;
   double share = 0;  // of the picture's luminance
+};
+
+// A light or an effect of which the pilot found nothing where the camera looks.
+struct UnmetShare {
+  std::string name;
+  double share = 0;  // of the photons, kept for it all the same
+};
+
+// How far an entry floats in front of its own plane, and its shorter side (m).
+struct Floating {
+  double distance = 0, side = 0;
 };
 
 enum class Phase : std::uint8_t { Compile, Guide, Photons, View };
@@ -58,8 +70,10 @@ struct Statistics {
   std::array<double, phase_count> seconds{};
   std::vector<Effects::Reason> reasons;
   std::vector<std::string> edit_names;  // of counts.edits
+  std::vector<Floating> edit_floats;    // of counts.edits
   std::vector<double> edit_shares;      // of the picture's luminance: light that the edit took on its way
   std::vector<LayerShare> layers;
+  std::vector<UnmetShare> unmet;        // what relative_error does not know of
   std::vector<Arrivals> arrivals;       // at the edits' entries; empty unless the settings ask
   std::uint64_t guide_hash = 0;
   double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
