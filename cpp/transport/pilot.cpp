@@ -22,6 +22,7 @@ constexpr int min_paths_per_entry = 256, max_paths_per_entry = 4096;  // that fi
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr std::size_t places_of_density = 1024;
+constexpr double most_of_typical = 16;
 constexpr double photons_on_disk = 16, photons_on_soft_disk = 32, parts_of_way = 3;  // at v in the first pass
 constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 
@@ -91,29 +92,38 @@ class Pilot {
     return false;
   }
 
-  // The radii at y, from the density of the pilot's photons where the camera looks: each place is measured in parts of the picture, and the
-  // typical density is the geometric mean, for near places may be lit a thousand times as densely as far ones.
+  // The radii at y, from the mean density of the pilot's photons where the camera looks. Each place is measured in parts of the picture; of places
+  // that are lit many times as densely as is typical not all counts, or the others would find no photon at all.
   void size_gathers(Guide& guide, const Visible& seen) {
-    const std::size_t step = std::max<std::size_t>(1, seen.hits().size() / places_of_density);
-    std::vector<float> reach;  // of half a cell
-    for (std::size_t i = 0; i < seen.hits().size(); i += step) reach.push_back(static_cast<float>(seen.edge(seen.hits()[i].position) / 2));
-    if (reach.empty()) return;
-    std::vector<float> sorted = reach;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-    const float cell = 2 * sorted[sorted.size() / 2];
-    PhotonMap map;
-    map.build(photons_, (1u << arrival_count) - 1, cell, pool_, cancel_);
-    double log_density = 0;  // per m², of a pass
-    for (std::size_t i = 0; i < reach.size() && !cancel_; ++i) {
-      const float radius = std::clamp(reach[i], cell / 4, 2 * cell);
-      double found = 0.5;  // none is less than one
-      map.query(V3f(seen.hits()[i * step].position), radius, [&](const Photon&) { ++found; });
-      log_density += std::log(found * settings_.photons / settings_.pilot_paths / (pi * square(static_cast<double>(radius))));
-    }
-    const double density = std::exp(log_density / static_cast<double>(reach.size()));
+    const std::vector<double> densities = densities_at(seen);
+    if (densities.empty()) return;
+    double log_typical = 0, density = 0;
+    for (const double d : densities) log_typical += std::log(d) / static_cast<double>(densities.size());
+    for (const double d : densities) density += std::min(d, most_of_typical * std::exp(log_typical)) / static_cast<double>(densities.size());
     const auto radius_for = [&](double photons) { return std::min(guide.radius, static_cast<float>(std::sqrt(photons / (pi * density)))); };
     guide.least_radius = radius_for(fewest_photons), guide.most_radius = radius_for(most_photons);
     guide.radius = gather_radius(guide, seen.mean_length, 1 / pi);
+  }
+
+  // Photons of a pass per m² at some of the places seen, above 0.
+  [[nodiscard]] std::vector<double> densities_at(const Visible& seen) const {
+    const std::size_t step = std::max<std::size_t>(1, seen.hits().size() / places_of_density);
+    std::vector<float> reach;
+    for (std::size_t i = 0; i < seen.hits().size(); i += step) reach.push_back(static_cast<float>(seen.edge(seen.hits()[i].position) / 2));
+    std::vector<double> densities(reach.size());
+    if (reach.empty()) return densities;
+    std::vector<float> sorted = reach;
+    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
+    const float typical = sorted[sorted.size() / 2];
+    PhotonMap map;
+    map.build(photons_, (1u << arrival_count) - 1, 2 * typical, pool_, cancel_);
+    pool_.parallel_for(reach.size(), [&](std::size_t i, int) {
+      const float radius = std::clamp(reach[i], typical / 2, 4 * typical);
+      double found = 0.5;  // none is less than one
+      if (!cancel_) map.query(V3f(seen.hits()[i * step].position), radius, [&](const Photon&) { ++found; });
+      densities[i] = found * settings_.photons / settings_.pilot_paths / (pi * square(static_cast<double>(radius)));
+    });
+    return densities;
   }
 
   // Where the pilot's photons lie, as far as the camera sees it.

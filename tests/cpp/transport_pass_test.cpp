@@ -303,7 +303,7 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     const auto scene = test::compiled(description);
     const TransportSettings settings;
     const Hit floor{1, V3d(0, 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
-    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), pool, std::atomic<bool>(false));
+    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), 10, pool, std::atomic<bool>(false));
     EXPECT_NEAR(trust.at_v(floor.position)[0], 1, 0.2);
     if (casts_shadow) EXPECT_LT(trust.at_v(floor.position)[1], 0.1);
     else EXPECT_NEAR(trust.at_v(floor.position)[1], 1, 0.2);
