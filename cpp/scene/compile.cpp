@@ -83,9 +83,8 @@ std::shared_ptr<const Scene::Parts> compile_parts(SceneDescription description, 
   add_lamps(*parts, warnings);
   add_mesh_lights(*parts, cancel);
   if (!add_world(*parts, cancelled, threads)) return nullptr;
-  std::vector<float> powers;
-  for (const Light& light : parts->lights) powers.push_back(std::max(light.power, 1e-30f));
-  parts->lights_by_power = Distribution(powers);
+  cancel();
+  if (parts->lights.size() > few_lights) parts->light_tree = LightTree(parts->lights);
   name_events(*parts);
   warn_of_oddities(*parts, warnings);
   return parts;

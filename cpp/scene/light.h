@@ -118,7 +118,7 @@ inline constexpr std::size_t few_lights = 16;
 // How much of what each of a few lights can do it really does; none: all of it.
 using LightTrust = std::span<const float>;
 
-// By a bound on what each light can do there, times its trust, when lights are few, else by power. normal 0: light from both sides
+// By a bound on what each light can do there: of few lights times its trust, of many down a tree of them. normal 0: light from both sides
 // counts. No light that is trusted and reaches the point has pmf 0. Empty: no light can.
 [[nodiscard]] std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u, LightTrust trust = {}) noexcept;
 [[nodiscard]] float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust = {}) noexcept;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which light to ask from a point. Few lights: by a bound on their irradiance there (strength / distance², both sides of the horizon
-// told apart), so that a lamp next door does not starve behind the sun. Many: by power, at the cost of one binary search.
+// told apart), so that a lamp next door does not starve behind the sun. Many: by the same bounds, of groups of them (light_tree.h).
 #include "scene/light_kinds.h"
 
 namespace sluice {
@@ -72,10 +72,7 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
   const std::size_t count = parts.lights.size();
   if (count == 0) return {};
   if (is_alone(count, trust)) return LightChoice{0, 1, u};
-  if (count > few_lights) {
-    const auto choice = parts.lights_by_power.sample(u);
-    return LightChoice{static_cast<int>(choice.index), choice.pmf, choice.u};
-  }
+  if (count > few_lights) return parts.light_tree.choose(parts.lights, point, normal, u);
   const Weight weight{parts, point, normal, trust};
   float cumulative[few_lights], sum = 0;
   for (std::size_t i = 0; i < count; ++i) cumulative[i] = sum += weight(i);
@@ -92,7 +89,7 @@ float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int li
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
   if (is_alone(count, trust)) return 1;
-  if (count > few_lights) return parts.lights_by_power.pmf(asked);
+  if (count > few_lights) return parts.light_tree.pmf(parts.lights, point, normal, light);
   const Weight weight{parts, point, normal, trust};
   float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
   for (std::size_t i = 0; i < count; ++i) {

@@ -7,6 +7,7 @@
 #include "edit/gates.h"
 #include "scene/embree.h"
 #include "scene/gates_in_view.h"
+#include "scene/light_tree.h"
 #include "scene/scene.h"
 #include "shading/material.h"
 
@@ -49,7 +50,7 @@ struct Scene::Parts {
   bool has_transparent_shadows = false;
   std::vector<Light> lights;
   std::vector<int> infinite_lights, shaped_lamps;  // shaped: lamps that rays can hit
-  Distribution lights_by_power;                    // when they are many
+  LightTree light_tree;                            // when they are many
   int world_light = -1, world_material = -1, world_entity = -1;
   std::vector<Entity> entities;
   V3d centre{0};
