@@ -23,7 +23,7 @@ constexpr int paths_per_entry = 256;  // that find out whether it takes light th
 // Photons that a gather at y should find in the first pass. View samples are the noise, so more cost time and blur for nothing; far
 // fewer are noise themselves.
 constexpr double fewest_photons = 8, most_photons = 32;
-constexpr double photons_on_disk = 16, photons_on_soft_disk = 32, parts_of_way = 3;  // at v in the first pass
+constexpr double photons_on_disk = 16, photons_on_soft_disk = 32;  // at v in the first pass
 constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 constexpr int paths_per_view_sample = 8, paths_per_chunk = 2048;
 
@@ -63,36 +63,34 @@ class VisibleCells {
 
 // Camera rays through mirrors and glass to v, and one diffuse segment on to y.
 struct Distances {
-  double footprint = 0;  // of a pixel at v
-  double length = 0;     // from v to y
-};  // means
+  double footprint = 0;  // of a pixel at v: half of all see a smaller one (a mean would be the horizon's)
+  double length = 0;     // from v to y, in the mean
+};
 
-VisibleCells look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel, Distances& mean) {
+VisibleCells look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel, Distances& typical) {
   VisibleCells seen(scene.extent());
   const FrameDescription& frame = scene.frame();
-  int count = 0, far_count = 0;
+  std::vector<double> footprints;
+  int far_count = 0;
   Vertex vertex;
   for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
     const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
-    const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
-    Ray ray = camera.ray;
-    double length = 0;
+    Ray ray = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
     bool ended = false;
     for (std::uint32_t depth = 0; depth < 12 && !ended; ++depth) {
       const auto hit = scene.intersect(ray);
       if (!hit) break;
       make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
-      length += hit->t;
       V3f onward = ray.direction;
       if (vertex.bsdf.events() & gathering) {
         seen.add(*hit, ray.direction);
-        mean.footprint += camera.width + camera.spread * length;
-        ++count, ended = true;
+        footprints.push_back(scene.camera().footprint(hit->position));
+        ended = true;
         onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
         if (const auto far = scene.intersect(ray_from(*hit, onward))) {
           seen.add(*far, onward);
-          mean.length += far->t;
+          typical.length += far->t;
           ++far_count;
         }
       } else if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed)) {
@@ -103,7 +101,11 @@ VisibleCells look_around(const Scene& scene, const TransportSettings& settings, 
       ray = ray_from(*hit, onward);
     }
   }
-  mean.footprint /= std::max(count, 1), mean.length /= std::max(far_count, 1);
+  typical.length /= std::max(far_count, 1);
+  if (footprints.empty()) return seen;
+  const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
+  std::ranges::nth_element(footprints, middle);
+  typical.footprint = *middle;
   return seen;
 }
 
@@ -141,10 +143,12 @@ class Pilot {
 
   Guide run() {
     Guide guide;
-    Distances mean;
-    const VisibleCells seen = look_around(scene_, settings_, cancel_, mean);
+    Distances typical;
+    const VisibleCells seen = look_around(scene_, settings_, cancel_, typical);
     const auto extent = static_cast<float>(scene_.extent());
-    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(mean.footprint), 1e-5f * extent, most_radius_of_extent * extent);
+    const DiskBounds bounds(scene_.camera(), scene_.frame(), settings_);
+    const auto footprint = static_cast<float>(typical.footprint);
+    guide.caustic_radius = bounds.common(footprint);
     guide.least_radius = guide.most_radius = guide.radius = most_radius_of_extent * extent;
     if (!effects_.photons()) return guide;
     add_specular_targets(scene_, most_targets / 2, guide.targets);
@@ -164,11 +168,13 @@ class Pilot {
     guide.trust = try_lights(scene_, settings_, effects_, seen.hits(), pool_, cancel_);
     for (LightTracer& tracer : tracers_) tracer.trust = &guide.trust;
     share_out(guide, seen, seen_target, power);
-    if (!cancel_) size_gathers(guide, seen, mean.length);
-    const float typical = guide.caustic_radius;
+    if (!cancel_) size_gathers(guide, seen, typical.length);
+    if (cancel_ || !(footprint > 0)) return guide;
     const std::vector<V3d> places = visible_places(seen);
-    guide.sharp_disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, places);
-    guide.soft_disks = size_disks(soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, places);
+    const double part = static_cast<double>(settings_.pilot_paths) / settings_.photons;  // of a pass's photons are the pilot's
+    const float near = bounds.widest(footprint, false), far = bounds.widest(footprint, true);
+    guide.sharp_disks = size_disks({photons_, places, close_arrivals & ~soft_arrivals, photons_on_disk * part, guide.caustic_radius, near, near}, pool_, cancel_);
+    guide.soft_disks = size_disks({photons_, places, soft_arrivals, photons_on_soft_disk * part, guide.caustic_radius, near, far}, pool_, cancel_);
     return guide;
   }
 
@@ -266,44 +272,6 @@ class Pilot {
       for (const Photon& photon : chunk)
         if (seen.contains(photon.position)) places.emplace_back(photon.position);
     return places;
-  }
-
-  // How wide a disk at v must be to hold some of the photons that come by mirrors, glass and exits: a part of the way within which lie
-  // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
-  // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk;
-  // `places`: where disks may lie.
-  Disks size_disks(unsigned arrivals, float typical, double widest, double held, std::span<const V3d> places) {
-    if (cancel_) return {};
-    const double reach = widest * parts_of_way, near = widest_disk(settings_, typical) * parts_of_way;
-    const double photons = held * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
-    const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
-    PhotonMap map;
-    map.build(photons_, arrivals, static_cast<float>(reach / 2), pool_, cancel_);
-    Disks disks;
-    if (map.size() == 0) return disks;
-    std::vector<std::vector<float>> scratch(static_cast<std::size_t>(pool_.size()));
-    const auto disk_at = [&](const V3d& p, int thread) {
-      std::vector<float>& distance2 = scratch[static_cast<std::size_t>(thread)];
-      for (const double within : {near, reach}) {  // where there are many they are close by
-        distance2.clear();
-        if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
-        if (distance2.size() >= wanted || near >= reach) break;
-      }
-      if (distance2.size() < wanted) return static_cast<float>(widest * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
-      const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
-      std::ranges::nth_element(distance2, last);
-      return static_cast<float>(std::sqrt(*last) / parts_of_way);
-    };
-    for (double edge = typical; edge < widest; edge *= Disks::growth) {
-      Cells cells(edge);
-      if (disks.levels.empty())
-        for (const V3d& place : places) cells.at(place);
-      else
-        disks.levels.back().for_each([&](const V3d& place) { cells.at(place); });  // they lie in these whole
-      cells.set_all(pool_, disk_at);
-      disks.levels.push_back(std::move(cells));
-    }
-    return disks;
   }
 
   std::vector<Yield> trace(const Guide& guide, const VisibleCells& seen) {
