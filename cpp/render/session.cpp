@@ -254,7 +254,7 @@ void Session::record_pass(const Counts& counts, const PhotonSet& photons, double
   statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
   statistics_.seconds[static_cast<std::size_t>(Phase::View)] += view_seconds;
   statistics_.worst_ledger_residual = std::max(statistics_.worst_ledger_residual, counts.ledger.relative_residual());
-  const std::size_t map_bytes = photons.all.bytes() + photons.sharp.bytes() + photons.soft.bytes();
+  const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
   if (photons.all.size() > 0) statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
   ++progress_.pass;
   progress_.photons += counts.photon_paths;

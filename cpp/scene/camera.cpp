@@ -26,6 +26,9 @@ Camera::Camera(const CameraDescription& camera, const FrameDescription& frame, c
   low_x_ = (camera.shift_x * across - width / 2) * unit;
   low_y_ = (camera.shift_y * across - height / 2) * unit;
 
+  const double x = std::max(std::abs(low_x_), std::abs(low_x_ + step_x_ * frame.width)), y = std::max(std::abs(low_y_), std::abs(low_y_ + step_y_ * frame.height));
+  least_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
+
   clip_start_ = camera.clip_start, clip_end_ = camera.clip_end;
   aperture_ = camera.aperture_radius, focus_ = camera.focus_distance;
   blades_ = camera.aperture_blades >= 3 ? camera.aperture_blades : 0;
@@ -50,7 +53,7 @@ V2f Camera::sample_lens(const V2f& u) const noexcept {
   return p * aperture_;
 }
 
-CameraRay Camera::generate(float x, float y, const V2f& lens) const noexcept {
+Ray Camera::generate(float x, float y, const V2f& lens) const noexcept {
   const double px = low_x_ + step_x_ * x, py = low_y_ + step_y_ * y;
   const V3d right(right_), up(up_), forward(forward_);
   V3d origin = eye_, towards = forward;
@@ -67,23 +70,22 @@ CameraRay Camera::generate(float x, float y, const V2f& lens) const noexcept {
   // `towards` advances by 1 along the axis
   const double length = towards.length();
   const V3d direction = towards / length;
-  CameraRay out;
-  out.ray.origin = origin + towards * static_cast<double>(clip_start_);
-  out.ray.direction = V3f(direction);
-  out.ray.t_max = (static_cast<double>(clip_end_) - clip_start_) * length;
-  out.ray.from_camera = true;
-  const double pixel = std::sqrt(step_x_ * step_y_);
-  // a pixel of the view plane at distance 1 subtends pixel² cos³: its side as an angle
-  out.spread = perspective_ ? static_cast<float>(pixel / (length * std::sqrt(length))) : 0.0f;
-  out.width = perspective_ ? out.spread * clip_start_ * static_cast<float>(length) : static_cast<float>(pixel);
-  return out;
+  const double t_max = (static_cast<double>(clip_end_) - clip_start_) * length;
+  return {.origin = origin + towards * static_cast<double>(clip_start_), .direction = V3f(direction), .t_max = t_max, .from_camera = true};
 }
 
 double Camera::depth(const V3d& position) const noexcept { return (position - eye_).dot(V3d(forward_)); }
 
+// A pixel of the view plane at distance 1 subtends pixel² cos³.
 double Camera::footprint(const V3d& position) const noexcept {
-  return std::sqrt(step_x_ * step_y_) * (perspective_ ? (position - eye_).length() : 1);
+  const double pixel = std::sqrt(step_x_ * step_y_), distance = (position - eye_).length();
+  if (!perspective_ || !(distance > 0)) return perspective_ ? 0 : pixel;
+  const double cosine = std::max(depth(position) / distance, least_cosine_);
+  return pixel * distance * cosine * std::sqrt(cosine);
 }
+
+// Along the ray it grows by pixel c^(3/2), across by pixel 3/2 s c^(1/2), s and c the sine and cosine to the axis: together the most at c = √0.6.
+double Camera::footprint_slope() const noexcept { return perspective_ ? 1.079 * std::sqrt(step_x_ * step_y_) : 0; }
 
 std::optional<V2d> Camera::project(const V3d& position) const noexcept {
   const V3d to = position - eye_;

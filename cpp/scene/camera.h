@@ -10,27 +10,23 @@
 
 namespace sluice {
 
-// Size of a pixel's footprint (m, full-frame pixels) at distance t along the ray: width + spread · t.
-struct CameraRay {
-  Ray ray;  // starts on the near clip plane, ends on the far one
-  float width, spread;
-};
-
 class Camera {
  public:
   Camera() = default;
   Camera(const CameraDescription& camera, const FrameDescription& frame, const V3d& centre);
 
-  [[nodiscard]] CameraRay generate(float x, float y, const V2f& lens) const noexcept;
+  [[nodiscard]] Ray generate(float x, float y, const V2f& lens) const noexcept;    // starts on the near clip plane, ends on the far one
   [[nodiscard]] bool has_lens() const noexcept { return aperture_ > 0; }           // without one, generate() reads no `lens`
   [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
   [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
   // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start behind the camera.
   [[nodiscard]] bool is_invertible() const noexcept;
-  // Side of the footprint of a full-frame pixel in the middle of the view (m), on a surface at `position` that faces the camera.
-  [[nodiscard]] double footprint(const V3d& position) const noexcept;
   [[nodiscard]] double blur(double depth) const noexcept;                          // pixels: most distance from project() at which the lens shows a point
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
+  // Size of a full-frame pixel's footprint (m) at a point, across the ray, told by the point alone: at its straight distance, whatever mirrors
+  // may show it; outside of the picture as at its outermost corner.
+  [[nodiscard]] double footprint(const V3d& position) const noexcept;
+  [[nodiscard]] double footprint_slope() const noexcept;  // the most that it changes, per metre
 
  private:
   [[nodiscard]] V2f sample_lens(const V2f& u) const noexcept;
@@ -43,6 +39,7 @@ class Camera {
   float clip_start_ = 0.1f, clip_end_ = 1000;
   float aperture_ = 0, focus_ = 1, rotation_ = 0, inverse_ratio_ = 1;
   int blades_ = 0;
+  double least_cosine_ = 1;  // between the axis and what the picture shows, through a pinhole
 };
 
 // Offset from a pixel's centre, distributed as the filter (Blackman-Harris, or a box).

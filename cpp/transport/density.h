@@ -12,7 +12,7 @@
 namespace sluice {
 
 // A photon counts if it lies on the same surface as far as one can tell: on a thin disk, with a like normal (numerics D1, D2).
-inline constexpr float disk_thickness = 0.25f;  // of how far the kernel reaches
+inline constexpr float disk_thickness = 0.25f;  // of how far its kernel reaches
 inline constexpr float like_normal = 0.5f;      // least |cos| between normals
 inline constexpr float max_shading_ratio = 4;   // |wi·ns| / |wi·ng| at grazing shading normals, clamped
 
@@ -38,17 +38,17 @@ class Receiver {
 
   // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side. The last normal's
   // answer is remembered: on a flat surface there is one.
-  [[nodiscard]] bool accepts(const Photon& photon, float reach) noexcept {
-    if (std::abs((photon.position - position()).dot(vertex_.bsdf.ng)) > disk_thickness * reach) return false;
+  [[nodiscard]] bool accepts(const Photon& photon, float per_reach2) noexcept {
+    if (square((photon.position - position()).dot(vertex_.bsdf.ng)) * per_reach2 > square(disk_thickness)) return false;
     return has_like_normal(photon.normal);
   }
 #if defined(__AVX2__)
   // The same for lanes of a map: bits.
-  [[nodiscard]] unsigned accepts(const PhotonMap& map, const PhotonMap::Lanes& lanes, float reach) noexcept {
+  [[nodiscard]] unsigned accepts(const PhotonMap& map, const PhotonMap::Lanes& lanes, const __m256& per_reach2) noexcept {
     const V3f& n = vertex_.bsdf.ng;
     const auto times = [](const __m256& a, float b) { return _mm256_mul_ps(a, _mm256_set1_ps(b)); };
     const __m256 height = _mm256_add_ps(times(lanes.x, n.x), _mm256_add_ps(times(lanes.y, n.y), times(lanes.z, n.z)));
-    const __m256 off = _mm256_andnot_ps(_mm256_set1_ps(-0.0f), height), is_low = _mm256_cmp_ps(off, _mm256_set1_ps(disk_thickness * reach), _CMP_LE_OQ);
+    const __m256 off = _mm256_mul_ps(_mm256_mul_ps(height, height), per_reach2), is_low = _mm256_cmp_ps(off, _mm256_set1_ps(square(disk_thickness)), _CMP_LE_OQ);
     const unsigned low = lanes.inside & FlatSum::bits_of(_mm256_castps_si256(is_low));
     if (!low) return 0;
     const __m256i normals = map.normals(lanes);
@@ -115,41 +115,64 @@ class Receiver {
   bool is_like_ = false;
 };
 
-// How the weight of a photon falls with its distance. Even: 1 / (π r²) on the disk of radius r, the fewest photons to look at. Round
-// (Epanechnikov's parabola; Silverman 1986, §4.2): to 0 at √1.5 r, so that it blurs as much as that disk; it has 8/9 of its variance, and no
-// rim to see where photons are few.
-enum class Kernel : std::uint8_t { Even, Round };
-
 // The sum of f Φ k over photons that the rule lets in, and found(photon, f Φ k, whether it is in the sum) for the others that the kernel reaches,
-// and for those of the sum that ask(q) wants handed over as well; k integrates to 1 over the surface. `radius`: r above, also of the round one.
-// Only flat diffuse receivers sum.
-template <Kernel kernel, class Ask, class Found>
+// and for those of the sum that ask(q) wants handed over as well; k integrates to 1 over the surface. Only flat diffuse receivers sum.
+//
+// At y, one radius for all photons: k = 1 / (π r²), the fewest photons to look at.
+template <class Ask, class Found>
 [[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, float radius, [[maybe_unused]] const SumRule& rule,
                                           [[maybe_unused]] Ask&& ask, Found&& found) {
   if (receiver.empty()) return {};
-  constexpr bool is_round = kernel == Kernel::Round;
-  const float reach = is_round ? round_reach * radius : radius, per_reach2 = 1 / square(reach), most = (is_round ? 2 : 1) / pi * per_reach2;
-  const auto hand_over = [&](const Photon& photon, bool is_summed) {
-    const float k = is_round ? most * std::max(0.0f, 1 - (photon.position - receiver.position()).length2() * per_reach2) : most;
-    found(photon, receiver.f(photon) * photon.flux() * k, is_summed);
-  };
+  const float per_reach2 = 1 / square(radius), k = 1 / pi * per_reach2;
+  const auto hand_over = [&](const Photon& photon, bool is_summed) { found(photon, receiver.f(photon) * photon.flux() * k, is_summed); };
 #if defined(__AVX2__)
   if (rule.sums && receiver.is_flat()) {
-    FlatSum sum(map, rule, is_round ? per_reach2 : 0);
-    map.visit(receiver.position(), reach, receiver.extent(reach), [&](const PhotonMap::Lanes& lanes) {
-      const unsigned lying = receiver.accepts(map, lanes, reach);
+    FlatSum sum(map, rule);
+    map.visit(receiver.position(), radius, receiver.extent(radius), [&](const PhotonMap::Lanes& lanes) {
+      const unsigned lying = receiver.accepts(map, lanes, _mm256_set1_ps(per_reach2));
       if (!lying) return;
-      const auto [summed, handed_over] = sum.add(lanes, lying, ask);
+      const auto [summed, handed_over] = sum.add(lanes, lying, _mm256_set1_ps(1), ask);
       for (unsigned left = handed_over; left; left &= left - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
         hand_over(map[lanes.first + lane], (summed >> lane) & 1);
       }
     });
-    return sum.sum(receiver.flat_f() * most);
+    return sum.sum(receiver.flat_f() * k);
   }
 #endif
-  map.query(receiver.position(), reach, receiver.extent(reach), [&](const Photon& photon) {
-    if (receiver.accepts(photon, reach)) hand_over(photon, false);
+  map.query(receiver.position(), radius, receiver.extent(radius), [&](const Photon& photon) {
+    if (receiver.accepts(photon, per_reach2)) hand_over(photon, false);
+  });
+  return {};
+}
+
+// At v, each photon by its own kernel, round (Epanechnikov's parabola; Silverman 1986, §4.2): k = 2 / (π R²) (1 - d² / R²), R its reach. To 0 at
+// R = √1.5 r it blurs as much as the even one of radius r; it has 8/9 of its variance, and no rim to see where photons are few.
+template <class Ask, class Found>
+[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, const Reaches& reaches, [[maybe_unused]] const SumRule& rule,
+                                          [[maybe_unused]] Ask&& ask, Found&& found) {
+  if (receiver.empty()) return {};
+  const auto hand_over = [&](const Photon& photon, float per_reach2, bool is_summed) {
+    const float closeness = 1 - (photon.position - receiver.position()).length2() * per_reach2;
+    found(photon, receiver.f(photon) * photon.flux() * (2 / pi * per_reach2 * std::max(0.0f, closeness)), is_summed);
+  };
+#if defined(__AVX2__)
+  if (rule.sums && receiver.is_flat()) {
+    FlatSum sum(map, rule);
+    map.visit(receiver.position(), reaches, receiver.extent(1), [&](const PhotonMap::ReachLanes& lanes) {
+      const unsigned lying = receiver.accepts(map, lanes, lanes.per_reach2);
+      if (!lying) return;
+      const auto [summed, handed_over] = sum.add(lanes, lying, _mm256_mul_ps(lanes.closeness, lanes.per_reach2), ask);
+      for (unsigned left = handed_over; left; left &= left - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+        hand_over(map[lanes.first + lane], map.per_reach2(lanes.first + lane), (summed >> lane) & 1);
+      }
+    });
+    return sum.sum(receiver.flat_f() * (2 / pi));
+  }
+#endif
+  map.query(receiver.position(), reaches, receiver.extent(1), [&](const Photon& photon, float per_reach2) {
+    if (receiver.accepts(photon, per_reach2)) hand_over(photon, per_reach2, false);
   });
   return {};
 }

@@ -27,16 +27,14 @@ struct Sum {
 #if defined(__AVX2__)
 class FlatSum {
  public:
-  // Weights are 1 - falloff · distance².
-  FlatSum(const PhotonMap& map, const SumRule& rule, float falloff) noexcept
-      : map_(map), rule_(rule), falloff_(_mm256_set1_ps(falloff)), deepest_(_mm256_set1_epi32(std::min(rule.depth, 255))) {}
+  FlatSum(const PhotonMap& map, const SumRule& rule) noexcept : map_(map), rule_(rule), deepest_(_mm256_set1_epi32(std::min(rule.depth, 255))) {}
 
   struct Split {
     unsigned summed, handed_over;  // lanes, bit set
   };
-  // Adds those of the lanes `lying` on the surface that belong to the sum.
+  // Adds those of the lanes `lying` on the surface that belong to the sum, with their weights.
   template <class Ask>
-  [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, Ask&& ask) {
+  [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, const __m256& weights, Ask&& ask) {
     const __m256i tags = map_.tags(lanes);
     // A gate is deeper than any depth.
     const __m256i depth_or_gate = _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));
@@ -45,8 +43,7 @@ class FlatSum {
     if (rule_.asks) ask_states(_mm256_srli_epi32(tags, PhotonMap::tag_bits_below_q), split, ask);
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
     const __m256i chosen = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(split.summed)), bit);
-    const __m256 falls = _mm256_sub_ps(_mm256_set1_ps(1), _mm256_mul_ps(lanes.distance2, falloff_));
-    const __m256 weight = _mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit)), falls);
+    const __m256 weight = _mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit)), weights);
     for (int c = 0; c < 3; ++c) sum_[c] = _mm256_add_ps(sum_[c], _mm256_mul_ps(weight, map_.flux(lanes, c)));
     count_ += static_cast<std::uint32_t>(std::popcount(split.summed));
     return split;
@@ -81,7 +78,6 @@ class FlatSum {
 
   const PhotonMap& map_;
   const SumRule& rule_;
-  __m256 falloff_;
   __m256i deepest_;
   __m256 sum_[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
   std::uint32_t count_ = 0, q_ = ~0u;  // no photon's

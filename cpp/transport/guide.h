@@ -9,6 +9,7 @@
 #include "base/sampling.h"
 #include "scene/light.h"
 #include "transport/cells.h"
+#include "transport/disks.h"
 #include "transport/sample_map.h"
 
 namespace sluice {
@@ -47,27 +48,6 @@ class AimTable {
 
  private:
   Distribution cells_;
-};
-
-// Radius at v in the first pass that finds a few photons (m): of the smallest cell there that holds any photon of
-// the pilot's: where those are sparse, larger cells answer.
-struct Disks {
-  static constexpr double growth = 3;  // of the cells' edge
-  std::vector<Cells> levels;           // the smallest first
-
-  // Looked up at `offset`, in edges of a cell, from p: drawn anew for each sample it hides the cells' borders. Where that leads off the surface
-  // or out of the light, p's own cell answers. Null: the pilot found no photon as far as the largest cells reach.
-  [[nodiscard]] const float* find(const V3d& p, const V3d& offset) const noexcept {
-    for (const Cells& level : levels)
-      for (const V3d& at : {p + offset * level.edge(), p})
-        if (const float* radius = level.find(at)) return radius;
-    return nullptr;
-  }
-  [[nodiscard]] std::uint64_t hash() const noexcept {
-    std::uint64_t h = 0;
-    for (const Cells& level : levels) h = mix(h, level.hash());
-    return h;
-  }
 };
 
 // Directions as (longitude, cos): areas are kept, density per solid angle = density of (u, v) / 4π.
@@ -147,7 +127,7 @@ struct Guide {
   std::vector<Distribution> strategies;
   float least_radius = 0, most_radius = 0;  // of gathers at y in the first pass (m)
   Disks sharp_disks, soft_disks;            // of caustics and edited light, and of what is soft of those (photon.h)
-  float radius = 0, caustic_radius = 0;     // typical radii of the first pass, at y and v, which photon maps' cells are made for
+  float radius = 0, caustic_radius = 0;     // typical radii of the first pass, at y, which the photon map's cells are made for, and at v
   SampleMap samples;                        // of each pixel in a pass
   std::vector<Unmet> unmet;                 // no part of the hash
 

@@ -25,9 +25,8 @@ enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Ligh
 
 // The photons of a pass, sorted.
 struct PhotonSet {
-  PhotonMap all;    // every stored photon: what a gather segment's end reads
-  PhotonMap sharp;  // caustics and edited light, which the view path's own vertex reads with a smaller radius
-  PhotonMap soft;   // what is soft of those (photon.h), read there with a wider disk
+  PhotonMap all;   // every stored photon: what a gather segment's end reads
+  PhotonMap close;  // caustics and edited light, which the view path's own vertex reads, each photon by its own reach
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };
 

@@ -1,50 +1,76 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "transport/photon_map.h"
 
-#include <bit>
-
 namespace sluice {
+namespace {
 
-void PhotonMap::build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel) {
-  const auto taken = [arrivals](const Photon& photon) { return (arrivals >> static_cast<unsigned>(photon.arrival)) & 1u; };
-  photons_.clear();
-  std::vector<std::size_t> offset(chunks.size() + 1, 0);
+std::uint32_t buckets_for(std::size_t photons) { return std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::size_t>(photons, 64, 1u << 24))); }
+
+}  // namespace
+
+void PhotonMap::build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  photons_.clear(), has_reaches_ = false;
+  const float inverse_cell = 1 / cell;
+  if (!for_each_taken(chunks, arrivals, [&](const Photon& photon, std::size_t i) { keys_[i] = hash(photon.position, inverse_cell); }, pool, cancel)) return;
+  grids_[0] = {inverse_cell, 0, buckets_for(keys_.size()) - 1};
+  start_.assign(grids_[0].mask + 2, 0);
+  for (std::uint32_t& key : keys_) key &= grids_[0].mask;
+  sort(chunks, arrivals, cancel);
+}
+
+// How many are taken of the chunks before each; at the end, of all.
+std::vector<std::size_t> PhotonMap::offsets_of(Chunks chunks, unsigned arrivals, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  std::vector<std::size_t> offsets(chunks.size() + 1, 0);
   pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
-    if (!cancel) offset[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], taken));
+    if (!cancel) offsets[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], [arrivals](const Photon& photon) { return takes(arrivals, photon); }));
   });
-  if (cancel) return;  // chunks may be missing from the count
-  for (std::size_t c = 0; c < chunks.size(); ++c) offset[c + 1] += offset[c];
+  for (std::size_t c = 0; c < chunks.size(); ++c) offsets[c + 1] += offsets[c];
+  return offsets;
+}
 
-  const std::size_t count = offset.back();
-  const std::uint32_t buckets = std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::size_t>(count, 64, 1u << 24)));
-  mask_ = buckets - 1;
-  inverse_cell_ = 1 / cell;
-  keys_.resize(count);
-  pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
-    if (cancel) return;
-    std::size_t i = offset[c];
-    for (const Photon& photon : chunks[c])
-      if (taken(photon)) keys_[i++] = bucket(cell_of(photon.position.x), cell_of(photon.position.y), cell_of(photon.position.z));
-  });
-  if (cancel) return;  // some keys may be those of a pass before
+// One after the other in the table; keys become those of the table.
+void PhotonMap::lay_out_grids() {
+  std::array<std::size_t, levels> held = {};
+  for (const float reach : reach_) ++held[static_cast<std::size_t>(level_of(reach))];
+  std::uint32_t end = 0;
+  occupied_ = 0;
+  for (int level = 0; level < levels; ++level) {
+    const auto l = static_cast<std::size_t>(level);
+    if (held[l] == 0) continue;
+    occupied_ |= std::uint64_t{1} << level;
+    grids_[l] = {1 / most_of_level(level), end, buckets_for(held[l]) - 1};
+    end += grids_[l].mask + 1;
+  }
+  start_.assign(end + 1, 0);
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const Grid& grid = grids_[static_cast<std::size_t>(level_of(reach_[i]))];
+    keys_[i] = grid.first + (keys_[i] & grid.mask);
+  }
+}
 
-  // Counting sort, stable: within a bucket photons keep the order of their paths.
-  start_.assign(buckets + 1, 0);
+// By counting, stable: within a bucket photons keep the order of their paths.
+void PhotonMap::sort(Chunks chunks, unsigned arrivals, const std::atomic<bool>& cancel) {
   for (const std::uint32_t key : keys_) ++start_[key + 1];
-  for (std::uint32_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
-  resize(count);
+  for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
+  resize(keys_.size());
   std::size_t i = 0;
   for (const auto& chunk : chunks) {
     if (cancel) return photons_.clear();
-    for (const Photon& photon : chunk)
-      if (taken(photon)) put(start_[keys_[i++]]++, photon);
+    for (const Photon& photon : chunk) {
+      if (!takes(arrivals, photon)) continue;
+      const std::uint32_t to = start_[keys_[i]]++;
+      put(to, photon);
+      if (has_reaches_) per_reach2_[to] = 1 / square(reach_[i]);
+      ++i;
+    }
   }
-  for (std::uint32_t b = buckets; b > 0; --b) start_[b] = start_[b - 1];  // undo the running ends
+  for (std::size_t b = start_.size() - 1; b > 0; --b) start_[b] = start_[b - 1];  // undo the running ends
   start_[0] = 0;
 }
 
 void PhotonMap::resize(std::size_t count) {
   photons_.resize(count);
+  per_reach2_.resize(has_reaches_ ? count + lane_count : 0);
   for (auto* column : {&x_, &y_, &z_, &flux_[0], &flux_[1], &flux_[2]}) column->resize(count + lane_count);
   for (auto* column : {&normal_, &tag_}) column->resize(count + lane_count);
 }
@@ -59,36 +85,39 @@ void PhotonMap::put(std::uint32_t to, const Photon& photon) noexcept {
 
 std::size_t PhotonMap::bytes() const noexcept {
   std::size_t columns = start_.capacity() + keys_.capacity() + normal_.capacity() + tag_.capacity();
-  for (const auto* column : {&x_, &y_, &z_, &flux_[0], &flux_[1], &flux_[2]}) columns += column->capacity();
+  for (const auto* column : {&x_, &y_, &z_, &per_reach2_, &flux_[0], &flux_[1], &flux_[2], &reach_}) columns += column->capacity();
   return photons_.capacity() * sizeof(Photon) + columns * sizeof(float);
 }
 
-int PhotonMap::ranges(const V3f& p, const V3f& extent, Rows& out) const noexcept {
-  const std::int64_t x0 = cell_of(p.x - extent.x), x1 = cell_of(p.x + extent.x);
-  const std::int64_t y0 = cell_of(p.y - extent.y), y1 = cell_of(p.y + extent.y);
-  const std::int64_t z0 = cell_of(p.z - extent.z), z1 = cell_of(p.z + extent.z);
-  const std::uint32_t width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, mask_ + 1));
+int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) noexcept {
+  const auto cell = [&grid](float x) { return cell_of(x, grid.inverse_cell); };
+  const std::int64_t x0 = cell(p.x - extent.x), x1 = cell(p.x + extent.x);
+  const std::int64_t y0 = cell(p.y - extent.y), y1 = cell(p.y + extent.y);
+  const std::int64_t z0 = cell(p.z - extent.z), z1 = cell(p.z + extent.z);
+  const std::uint32_t buckets = grid.mask + 1, width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, buckets));
   if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
-    out[0] = {0, mask_ + 1};
+    out[0] = {grid.first, grid.first + buckets};
     return 1;
   }
   int n = 0;
   for (std::int64_t z = z0; z <= z1; ++z)
     for (std::int64_t y = y0; y <= y1; ++y) {
-      const std::uint32_t b = bucket(x0, y, z), e = b + width;
-      out[n++] = {b, std::min(e, mask_ + 1)};
-      if (e > mask_ + 1) out[n++] = {0, e - mask_ - 1};
+      const std::uint32_t b = hash(x0, y, z) & grid.mask, e = b + width;
+      out[static_cast<std::size_t>(n++)] = {b, std::min(e, buckets)};
+      if (e > buckets) out[static_cast<std::size_t>(n++)] = {0, e - buckets};
     }
   // Rows that hash onto each other are merged, else their photons would count twice.
-  std::sort(out.begin(), out.begin() + n, [](const Range& a, const Range& b) { return a.begin < b.begin; });
-  int merged = 0;
-  for (int i = 1; i < n; ++i) {
-    if (out[i].begin < out[merged].end)
-      out[merged].end = std::max(out[merged].end, out[i].end);
+  const std::span rows = out.first(static_cast<std::size_t>(n));
+  std::ranges::sort(rows, {}, &Range::begin);
+  std::size_t merged = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    if (rows[i].begin < rows[merged].end)
+      rows[merged].end = std::max(rows[merged].end, rows[i].end);
     else
-      out[++merged] = out[i];
+      rows[++merged] = rows[i];
   }
-  return n == 0 ? 0 : merged + 1;
+  for (Range& row : rows) row = {row.begin + grid.first, row.end + grid.first};
+  return n == 0 ? 0 : static_cast<int>(merged) + 1;
 }
 
 }  // namespace sluice

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photons of one pass in a cell-sorted hash grid: positions, and what sums read, as columns beside the photons (performance: 2-5 times
-// faster than lists of indices). Knows no BSDF: a query hands each photon found to its caller. Built anew each pass, memory kept.
+// faster than lists of indices). One grid whose queries have a radius, or a grid for each power of two of how far the photons' own kernels
+// reach. Knows no BSDF: a query hands each photon found to its caller. Built anew each pass, memory kept.
 #pragma once
 #include <array>
 #include <atomic>
@@ -17,16 +18,27 @@
 
 namespace sluice {
 
+// Bounds of how far kernels reach (m).
+struct Reaches {
+  float least, most;
+};
+
 class PhotonMap {
  public:
+  using Chunks = std::span<const std::vector<Photon>>;
+
   // Sorts the photons of `chunks` by cell. The order inside a cell is that of the chunks, so the result does not depend on threads.
   // Only photons with arrival in `arrivals` (bit set) are taken. `cell` > 0 is the cells' edge (m).
   // Cancelled midway it is left empty.
-  void build(std::span<const std::vector<Photon>> chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel);
+  void build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel);
+  // The same, for queries by the photons' own reach: reach_of(photon) > 0 (m), asked on the pool's threads.
+  template <class ReachOf>
+  void build_by_reach(Chunks chunks, unsigned arrivals, const ReachOf& reach_of, ThreadPool& pool, const std::atomic<bool>& cancel);
 
   [[nodiscard]] std::size_t size() const noexcept { return photons_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] const Photon& operator[](std::size_t index) const noexcept { return photons_[index]; }
+  [[nodiscard]] float per_reach2(std::size_t index) const noexcept { return per_reach2_[index]; }  // 1 / reach²
 
   // Calls found(photon) for each photon within `radius` of `p`, in an order that depends on the map alone; those that lie further away than
   // `extent` along an axis may be left out.
@@ -36,17 +48,26 @@ class PhotonMap {
   void query(const V3f& p, float radius, Found&& found) const {
     query(p, radius, V3f(radius), found);
   }
+  // Calls found(photon, 1 / reach²) for each photon whose own reach holds `p`, in an order that depends on the map alone. All such photons reach
+  // as far as `reaches` tells. Those that lie further away along an axis than their reach times `extent` may be left out.
+  template <class Found>
+  void query(const V3f& p, const Reaches& reaches, const V3f& extent, Found&& found) const;
 
 #if defined(__AVX2__)
-  // Eight photons side by side, of which some lie within the radius.
+  // Eight photons side by side, of which some lie within the radius, or within their own reach.
   struct Lanes {
     std::uint32_t first;
-    unsigned inside;          // bit set
-    __m256 x, y, z, distance2;  // from the place asked
+    unsigned inside;  // bit set
+    __m256 x, y, z;   // from the place asked
   };
-  // The same, eight at a time: calls look(lanes).
+  struct ReachLanes : Lanes {
+    __m256 per_reach2, closeness;  // 1 - distance² / reach²
+  };
+  // The same as the queries, eight at a time: calls look(lanes).
   template <class Look>
   void visit(const V3f& p, float radius, const V3f& extent, Look&& look) const;
+  template <class Look>
+  void visit(const V3f& p, const Reaches& reaches, const V3f& extent, Look&& look) const;
 
   // What sums of photons need of lanes, from columns of their own.
   [[nodiscard]] __m256i normals(const Lanes& lanes) const noexcept { return load(&normal_[lanes.first]); }
@@ -62,89 +83,208 @@ class PhotonMap {
   struct Range {
     std::uint32_t begin, end;  // of buckets, or of their photons
   };
+  struct Grid {
+    float inverse_cell = 1;
+    std::uint32_t first = 0, mask = 0;  // its buckets in the table: as many as a power of two
+  };
   static constexpr int max_ranges = 64;
   static constexpr std::uint32_t lane_count = 8;
   using Rows = std::array<Range, max_ranges>;
 
-  [[nodiscard]] std::int64_t cell_of(float x) const noexcept { return static_cast<std::int64_t>(std::floor(std::clamp(x * inverse_cell_, -1e6f, 1e6f))); }
+  // Grids of reach: 2^(level - lowest) to twice that (m) in each, their cells as wide as that is at most. Beyond them reaches are clamped.
+  static constexpr int levels = 64, lowest = 40;
+  static constexpr int most_rows_of_level = 2 * 4 * 4;  // of at most four cells along each axis; one that runs over the table's end is two
+  [[nodiscard]] static float clamp_reach(float reach) noexcept { return std::min(std::max(0x1p-40f, reach), 0x1.8p23f); }
+  [[nodiscard]] static int level_of(float reach) noexcept { return static_cast<int>(std::bit_cast<std::uint32_t>(clamp_reach(reach)) >> 23) - 127 + lowest; }
+  [[nodiscard]] static float most_of_level(int level) noexcept { return std::bit_cast<float>(static_cast<std::uint32_t>(level - lowest + 128) << 23); }
+
+  [[nodiscard]] static std::int64_t cell_of(float x, float inverse_cell) noexcept { return static_cast<std::int64_t>(std::floor(std::clamp(x * inverse_cell, -1e6f, 1e6f))); }
   // Cells next to each other along x are next to each other in the table, so a row of cells is one run of photons.
-  [[nodiscard]] std::uint32_t bucket(std::int64_t x, std::int64_t y, std::int64_t z) const noexcept {
-    return static_cast<std::uint32_t>(x + y * 73856093 + z * 19349663) & mask_;
+  [[nodiscard]] static std::uint32_t hash(std::int64_t x, std::int64_t y, std::int64_t z) noexcept { return static_cast<std::uint32_t>(x + y * 73856093 + z * 19349663); }
+  [[nodiscard]] static std::uint32_t hash(const V3f& p, float inverse_cell) noexcept {
+    return hash(cell_of(p.x, inverse_cell), cell_of(p.y, inverse_cell), cell_of(p.z, inverse_cell));
   }
-  [[nodiscard]] int ranges(const V3f& p, const V3f& extent, Rows& out) const noexcept;
-  [[nodiscard]] std::span<const Range> rows_of(const V3f& p, const V3f& extent, Rows& rows) const noexcept;
+  [[nodiscard]] static int ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) noexcept;
+  void fetch(std::span<Range> rows) const noexcept;
+  template <class Look>
+  void look_at_rows(const V3f& p, const V3f& extent, Look&& look) const;
+  template <class Look>
+  void look_at_rows(const V3f& p, const Reaches& reaches, const V3f& extent, Look&& look) const;
+  template <class Found>
+  class Fetcher;
+
+  [[nodiscard]] static std::vector<std::size_t> offsets_of(Chunks chunks, unsigned arrivals, ThreadPool& pool, const std::atomic<bool>& cancel);
+  template <class Act>
+  [[nodiscard]] bool for_each_taken(Chunks chunks, unsigned arrivals, const Act& act, ThreadPool& pool, const std::atomic<bool>& cancel);
+  [[nodiscard]] static bool takes(unsigned arrivals, const Photon& photon) noexcept { return arrivals & bit_of(photon.arrival); }
+  void lay_out_grids();
+  void sort(Chunks chunks, unsigned arrivals, const std::atomic<bool>& cancel);
   void resize(std::size_t count);
   void put(std::uint32_t to, const Photon& photon) noexcept;
 #if defined(__AVX2__)
   [[nodiscard]] static __m256i load(const std::uint32_t* from) noexcept { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from)); }
 #endif
 
-  std::vector<float> x_, y_, z_, flux_[3];   // columns, with room for a vector load to run over the end
+  std::vector<float> x_, y_, z_, per_reach2_, flux_[3];  // columns, with room for a vector load to run over the end
   std::vector<std::uint32_t> normal_, tag_;
   std::vector<Photon> photons_;
   std::vector<std::uint32_t> start_;  // per bucket: its first photon; one more at the end
-  std::vector<std::uint32_t> keys_;   // scratch of build()
-  float inverse_cell_ = 1;
-  std::uint32_t mask_ = 0;
+  std::array<Grid, levels> grids_;    // by level of reach; the first alone where queries have a radius
+  std::uint64_t occupied_ = 0;        // levels that hold photons, bit set
+  bool has_reaches_ = false;          // built by reach
+  std::vector<std::uint32_t> keys_;   // scratch of build(): by photon taken, in the order of the chunks
+  std::vector<float> reach_;          // the same
 };
 
-// The runs of photons that may lie there, on their way into the cache.
-inline std::span<const PhotonMap::Range> PhotonMap::rows_of(const V3f& p, const V3f& extent, Rows& rows) const noexcept {
-  const std::span found = std::span(rows).first(static_cast<std::size_t>(ranges(p, extent, rows)));
-  for (Range& row : found) {
+// Makes room for keys, then calls act(photon, its number among those taken). False: cancelled, not for all.
+template <class Act>
+bool PhotonMap::for_each_taken(Chunks chunks, unsigned arrivals, const Act& act, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  const std::vector<std::size_t> offsets = offsets_of(chunks, arrivals, pool, cancel);
+  keys_.resize(offsets.back());
+  if (has_reaches_) reach_.resize(offsets.back());
+  pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
+    if (cancel) return;
+    std::size_t i = offsets[c];
+    for (const Photon& photon : chunks[c])
+      if (takes(arrivals, photon)) act(photon, i++);
+  });
+  return !cancel;
+}
+
+template <class ReachOf>
+void PhotonMap::build_by_reach(Chunks chunks, unsigned arrivals, const ReachOf& reach_of, ThreadPool& pool, const std::atomic<bool>& cancel) {
+  photons_.clear(), has_reaches_ = true;
+  const auto take = [&](const Photon& photon, std::size_t i) {
+    reach_[i] = clamp_reach(reach_of(photon));
+    keys_[i] = hash(photon.position, 1 / most_of_level(level_of(reach_[i])));
+  };
+  if (!for_each_taken(chunks, arrivals, take, pool, cancel)) return;
+  lay_out_grids();
+  sort(chunks, arrivals, cancel);
+}
+
+// The runs of photons in rows of buckets, on their way into the cache.
+inline void PhotonMap::fetch(std::span<Range> rows) const noexcept {
+  for (Range& row : rows) {
     row = {start_[row.begin], start_[row.end]};
     __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
   }
-  return found;
+}
+
+// Calls look(begin, end) for runs of photons that may lie there.
+template <class Look>
+void PhotonMap::look_at_rows(const V3f& p, const V3f& extent, Look&& look) const {
+  if (photons_.empty()) return;
+  Rows rows;
+  const std::span found = std::span(rows).first(static_cast<std::size_t>(ranges(grids_[0], p, extent, rows)));
+  fetch(found);
+  for (const auto& [begin, end] : found) look(begin, end);
+}
+
+template <class Look>
+void PhotonMap::look_at_rows(const V3f& p, const Reaches& reaches, const V3f& extent, Look&& look) const {
+  const std::uint64_t from_least = ~std::uint64_t{0} << level_of(reaches.least), to_most = ~std::uint64_t{0} >> (levels - 1 - level_of(reaches.most));
+  Rows rows;
+  for (std::uint64_t left = photons_.empty() ? 0 : occupied_ & from_least & to_most; left;) {
+    int count = 0;
+    for (; left && count + most_rows_of_level <= max_ranges; left &= left - 1) {
+      const int level = std::countr_zero(left);
+      count += ranges(grids_[static_cast<std::size_t>(level)], p, extent * std::min(most_of_level(level), reaches.most), std::span(rows).subspan(static_cast<std::size_t>(count)));
+    }
+    const std::span found = std::span(rows).first(static_cast<std::size_t>(count));
+    fetch(found);
+    for (const auto& [begin, end] : found) look(begin, end);
+  }
 }
 
 #if defined(__AVX2__)
 template <class Look>
 void PhotonMap::visit(const V3f& p, float radius, const V3f& extent, Look&& look) const {
-  if (photons_.empty()) return;
   const __m256 px = _mm256_set1_ps(p.x), py = _mm256_set1_ps(p.y), pz = _mm256_set1_ps(p.z), r2 = _mm256_set1_ps(radius * radius);
-  Rows rows;
-  for (const auto& [begin, end] : rows_of(p, extent, rows))
+  look_at_rows(p, extent, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t i = begin; i < end; i += lane_count) {
       const __m256 x = _mm256_sub_ps(_mm256_loadu_ps(&x_[i]), px), y = _mm256_sub_ps(_mm256_loadu_ps(&y_[i]), py);
       const __m256 z = _mm256_sub_ps(_mm256_loadu_ps(&z_[i]), pz);
       const __m256 distance2 = _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_add_ps(_mm256_mul_ps(y, y), _mm256_mul_ps(z, z)));
       auto inside = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(distance2, r2, _CMP_LT_OQ)));
       if (end - i < lane_count) inside &= (1u << (end - i)) - 1;
-      if (inside) look(Lanes{i, inside, x, y, z, distance2});
+      if (inside) look(Lanes{i, inside, x, y, z});
     }
+  });
+}
+
+template <class Look>
+void PhotonMap::visit(const V3f& p, const Reaches& reaches, const V3f& extent, Look&& look) const {
+  const __m256 px = _mm256_set1_ps(p.x), py = _mm256_set1_ps(p.y), pz = _mm256_set1_ps(p.z), one = _mm256_set1_ps(1);
+  look_at_rows(p, reaches, extent, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; i += lane_count) {
+      const __m256 x = _mm256_sub_ps(_mm256_loadu_ps(&x_[i]), px), y = _mm256_sub_ps(_mm256_loadu_ps(&y_[i]), py);
+      const __m256 z = _mm256_sub_ps(_mm256_loadu_ps(&z_[i]), pz), per_reach2 = _mm256_loadu_ps(&per_reach2_[i]);
+      const __m256 distance2 = _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_add_ps(_mm256_mul_ps(y, y), _mm256_mul_ps(z, z)));
+      const __m256 closeness = _mm256_sub_ps(one, _mm256_mul_ps(distance2, per_reach2));
+      auto inside = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(closeness, _mm256_setzero_ps(), _CMP_GT_OQ)));
+      if (end - i < lane_count) inside &= (1u << (end - i)) - 1;
+      if (inside) look(ReachLanes{{i, inside, x, y, z}, per_reach2, closeness});
+    }
+  });
 }
 #endif
 
+// Photons lie far apart in memory: while some are fetched, others are looked for.
+template <class Found>
+class PhotonMap::Fetcher {
+ public:
+  Fetcher(const PhotonMap& map, Found& found) noexcept : map_(map), found_(found) {}
+  void add(std::uint32_t index) {
+    if (count_ == waiting_.size()) hand_over();
+    __builtin_prefetch(&map_.photons_[index]);
+    waiting_[count_++] = index;
+  }
+#if defined(__AVX2__)
+  void add(const Lanes& some) {
+    for (unsigned inside = some.inside; inside; inside &= inside - 1) add(some.first + static_cast<std::uint32_t>(std::countr_zero(inside)));
+  }
+#endif
+  void hand_over() {
+    for (std::size_t i = 0; i < count_; ++i) found_(waiting_[i]);
+    count_ = 0;
+  }
+
+ private:
+  const PhotonMap& map_;
+  Found& found_;
+  std::array<std::uint32_t, 32> waiting_;
+  std::size_t count_ = 0;
+};
+
 template <class Found>
 void PhotonMap::query(const V3f& p, float radius, const V3f& extent, Found&& found) const {
-  // Photons lie far apart in memory: while some are fetched, others are looked for.
-  std::array<const Photon*, 32> waiting;
-  std::size_t count = 0;
-  const auto hand_over = [&] {
-    for (std::size_t i = 0; i < count; ++i) found(*waiting[i]);
-    count = 0;
-  };
-  const auto wait_for = [&](const Photon& photon) {
-    if (count == waiting.size()) hand_over();
-    __builtin_prefetch(&photon);
-    waiting[count++] = &photon;
-  };
+  const auto by_index = [&](std::uint32_t i) { found(photons_[i]); };
+  Fetcher waiting(*this, by_index);
 #if defined(__AVX2__)
-  visit(p, radius, extent, [&](const Lanes& some) {
-    for (unsigned inside = some.inside; inside; inside &= inside - 1)
-      wait_for(photons_[some.first + static_cast<std::uint32_t>(std::countr_zero(inside))]);
-  });
+  visit(p, radius, extent, [&](const Lanes& some) { waiting.add(some); });
 #else
-  if (photons_.empty()) return;
-  Rows rows;
-  for (const auto& [begin, end] : rows_of(p, extent, rows))
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const float dx = x_[i] - p.x, dy = y_[i] - p.y, dz = z_[i] - p.z;
-      if (dx * dx + (dy * dy + dz * dz) < radius * radius) wait_for(photons_[i]);
-    }
+  look_at_rows(p, extent, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i)
+      if ((V3f(x_[i], y_[i], z_[i]) - p).length2() < radius * radius) waiting.add(i);
+  });
 #endif
-  hand_over();
+  waiting.hand_over();
+}
+
+template <class Found>
+void PhotonMap::query(const V3f& p, const Reaches& reaches, const V3f& extent, Found&& found) const {
+  const auto by_index = [&](std::uint32_t i) { found(photons_[i], per_reach2_[i]); };
+  Fetcher waiting(*this, by_index);
+#if defined(__AVX2__)
+  visit(p, reaches, extent, [&](const ReachLanes& some) { waiting.add(some); });
+#else
+  look_at_rows(p, reaches, extent, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i)
+      if ((V3f(x_[i], y_[i], z_[i]) - p).length2() * per_reach2_[i] < 1) waiting.add(i);
+  });
+#endif
+  waiting.hand_over();
 }
 
 }  // namespace sluice

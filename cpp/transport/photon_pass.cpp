@@ -44,9 +44,9 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
   photons.states = &states_;
   const float shrink = radius_scale(context.pass);
   photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0, 2 * context.guide.radius * shrink, pool, cancel);
-  const float radius = context.guide.caustic_radius, cells = 2 * round_reach * shrink;  // in radii of the first pass
-  photons.sharp.build(chunks_, context.effects.close_arrivals & ~soft_arrivals, cells * widest_disk(context.settings, radius), pool, cancel);
-  photons.soft.build(chunks_, context.effects.close_arrivals & soft_arrivals, cells * widest_soft_disk(context.settings, radius, context.scene.extent()), pool, cancel);
+  const DiskBounds bounds(context.scene.camera(), context.scene.frame(), context.settings);
+  const DiskReach reach_of(bounds, context.guide.sharp_disks, context.guide.soft_disks, shrink);
+  photons.close.build_by_reach(chunks_, context.effects.close_arrivals, reach_of, pool, cancel);
   return !cancel;
 }
 

@@ -23,7 +23,7 @@ constexpr int min_paths_per_entry = 256, max_paths_per_entry = 4096;  // that fi
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr std::size_t places_of_density = 1024;
 constexpr double most_of_typical = 16;
-constexpr double photons_on_disk = 16, photons_on_soft_disk = 32, parts_of_way = 3;  // at v in the first pass
+constexpr double photons_on_disk = 16, photons_on_soft_disk = 32;  // at v in the first pass
 constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 
 class Pilot {
@@ -36,8 +36,9 @@ class Pilot {
   Guide run() {
     Guide guide;
     const Visible seen = look_around(scene_, settings_, cancel_);
-    const auto extent = static_cast<float>(scene_.extent());
-    guide.caustic_radius = std::clamp(settings_.caustic_radius_factor * static_cast<float>(seen.mean_footprint), 1e-5f * extent, most_radius_of_extent * extent);
+    const auto extent = static_cast<float>(scene_.extent()), footprint = static_cast<float>(seen.footprint);
+    const DiskBounds bounds(scene_.camera(), scene_.frame(), settings_);
+    guide.caustic_radius = bounds.common(footprint);
     guide.least_radius = guide.most_radius = guide.radius = most_radius_of_extent * extent;
     if (!effects_.photons() || scene_.lights().empty()) return guide;
     std::vector<Target> things = specular_targets(scene_, max_specular_targets);
@@ -53,10 +54,12 @@ class Pilot {
     learn_emission(plan, scene_, effects_, pilot, seen, pool_, guide);
     photons_ = std::move(pilot.photons);
     size_gathers(guide, seen);
-    const float typical = guide.caustic_radius;
+    if (cancel_ || !(footprint > 0)) return guide;
     const std::vector<V3d> places = visible_places(seen);
-    guide.sharp_disks = size_disks(close_arrivals & ~soft_arrivals, typical, widest_disk(settings_, typical), photons_on_disk, places);
-    guide.soft_disks = size_disks(soft_arrivals, typical, widest_soft_disk(settings_, typical, scene_.extent()), photons_on_soft_disk, places);
+    const double part = static_cast<double>(settings_.pilot_paths) / settings_.photons;  // of a pass's photons are the pilot's
+    const float near = bounds.widest(footprint, false), far = bounds.widest(footprint, true);
+    guide.sharp_disks = size_disks({photons_, places, close_arrivals & ~soft_arrivals, photons_on_disk * part, guide.caustic_radius, near, near}, pool_, cancel_);
+    guide.soft_disks = size_disks({photons_, places, soft_arrivals, photons_on_soft_disk * part, guide.caustic_radius, near, far}, pool_, cancel_);
     return guide;
   }
 
@@ -133,44 +136,6 @@ class Pilot {
       for (const Photon& photon : chunk)
         if (seen.cell(V3d(photon.position)) >= 0) places.emplace_back(photon.position);
     return places;
-  }
-
-  // How wide a disk at v must be to hold some of the photons that come by mirrors, glass and exits: a part of the way within which lie
-  // as many as if their density were the same all along. So a disk in the dark stays away from where there are many, and edges stay
-  // sharp. `typical`, `widest`: radii (m); `held`: so many photons of a pass shall lie on a disk;
-  // `places`: where disks may lie.
-  Disks size_disks(unsigned arrivals, float typical, double widest, double held, std::span<const V3d> places) {
-    if (cancel_) return {};
-    const double reach = widest * parts_of_way, near = widest_disk(settings_, typical) * parts_of_way;
-    const double photons = held * settings_.pilot_paths / settings_.photons;  // of the pilot's on the disk
-    const auto wanted = static_cast<std::size_t>(std::max(1.0, photons * square(parts_of_way)));
-    PhotonMap map;
-    map.build(photons_, arrivals, static_cast<float>(reach / 2), pool_, cancel_);
-    Disks disks;
-    if (map.size() == 0) return disks;
-    std::vector<std::vector<float>> scratch(static_cast<std::size_t>(pool_.size()));
-    const auto disk_at = [&](const V3d& p, int thread) {
-      std::vector<float>& distance2 = scratch[static_cast<std::size_t>(thread)];
-      for (const double within : {near, reach}) {  // where there are many they are close by
-        distance2.clear();
-        if (!cancel_) map.query(V3f(p), static_cast<float>(within), [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
-        if (distance2.size() >= wanted || near >= reach) break;
-      }
-      if (distance2.size() < wanted) return static_cast<float>(widest * std::sqrt(static_cast<double>(wanted) / std::max<double>(1, static_cast<double>(distance2.size()))));
-      const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
-      std::ranges::nth_element(distance2, last);
-      return static_cast<float>(std::sqrt(*last) / parts_of_way);
-    };
-    for (double edge = typical; edge < widest; edge *= Disks::growth) {
-      Cells cells(edge);
-      if (disks.levels.empty())
-        for (const V3d& place : places) cells.at(place);
-      else
-        disks.levels.back().for_each([&](const V3d& place) { cells.at(place); });  // they lie in these whole
-      cells.set_all(pool_, disk_at);
-      disks.levels.push_back(std::move(cells));
-    }
-    return disks;
   }
 
   const Scene& scene_;

@@ -143,7 +143,6 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
     ++counts.grazing_dropped;
     return false;
   }
-  path.length += crossing.t;
   path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
   if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);  // its F is an event of the view word too
   path.own_entry = path.last_edit = crossing.edit;
@@ -170,7 +169,6 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
     return;
   }
   ViewPath& copy = branches_[branch_count_] = path;
-  copy.length += crossing.t;
   copy.state = states_.through(path.state, crossing.edit);
   copy.joins = joins_.view_gate(path.joins, crossing.edit);
   copy.at_edit = copy.last_edit = crossing.edit, copy.at_exit = exit;

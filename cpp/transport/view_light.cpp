@@ -76,31 +76,8 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
 
 // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
 void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
-  if (effects_.close_arrivals == 0 || !(v.bsdf.events() & gathering)) return;
-  const double extent = scene_.extent();
-  const float common = common_radius(settings_, path.width + path.spread * path.length, extent);
-  const V3d offset = offset_of_lookup(path, v);
-  const auto radius = [&](const Disks& disks, float widest) {
-    return disk_radius(settings_, common, disks.find(v.hit.position, offset), widest, extent) * radius_scale_;
-  };
-  const PhotonMap &sharp = photons_->sharp, &soft = photons_->soft;
-  // One look-up after the other, so that memory fetches both.
-  const float sharp_radius = sharp.size() > 0 ? radius(guide_->sharp_disks, widest_disk(settings_, common)) : 0;
-  const float soft_radius = soft.size() > 0 ? radius(guide_->soft_disks, widest_soft_disk(settings_, common, extent)) : 0;
-  if (sharp_radius > 0) add_density(path, v, sharp, sharp_radius);
-  if (soft_radius > 0) add_density(path, v, soft, soft_radius);
-}
-
-// Where widths of disks are looked up: anywhere on the surface within half a cell, by a hash of the path that draws from no other choice's
-// numbers.
-V3d ViewTracer::offset_of_lookup(const ViewPath& path, const Vertex& v) const noexcept {
-  const Frame along(v.bsdf.ng);
-  const std::uint64_t bits = mix(mix(key_, path.word), static_cast<std::uint64_t>(path.depth));
-  const float s = to_unit(static_cast<std::uint32_t>(bits)) - 0.5f, t = to_unit(static_cast<std::uint32_t>(bits >> 32)) - 0.5f;
-  return V3d(along.t * s + along.b * t);
-}
-
-void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius) {
+  if (photons_->close.size() == 0 || !(v.bsdf.events() & gathering)) return;
+  const Reaches reaches = disk_bounds_.around(V3f(v.hit.position), radius_scale_);
   const int left = settings_.max_depth - path.depth - 1;  // events
   for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
@@ -119,7 +96,7 @@ void ViewTracer::add_density(const ViewPath& path, const Vertex& v, const Photon
       if (sums) to.images &= ~picture;
       if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
     };
-    const Sum sum = estimate_density<Kernel::Round>(map, Receiver(v, mask), radius, {sums, left, asks_state(joins)}, ask, found);
+    const Sum sum = estimate_density(photons_->close, Receiver(v, mask), reaches, {sums, left, asks_state(joins)}, ask, found);
     counts.photons_gathered += sum.photons;
     if (!sums) continue;
     add(Part::Caustics, path, caustics + sum.radiance, {picture});
@@ -285,7 +262,7 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
         if (to.images) deliver(path, radiance, arm, to);
       };
       const SumRule rule{sums, left, asks_state(joins) || (effects_.light_edits && arm.is_kept)};
-      const Sum sum = estimate_density<Kernel::Even>(photons_->all, Receiver(y, mask, length), radius, rule, ask, found);
+      const Sum sum = estimate_density(photons_->all, Receiver(y, mask, length), radius, rule, ask, found);
       counts.photons_gathered += sum.photons;
       if (sums) deliver(path, found_sum + sum.radiance, arm, {picture});
     }

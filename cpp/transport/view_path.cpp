@@ -46,9 +46,8 @@ void ViewTracer::trace_sample() {
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
   const V2f on_lens = scene_.camera().has_lens() ? sampler_.pair(1) : V2f(0);
   const float x = static_cast<float>(asked.x) + 0.5f + offset.x, y = static_cast<float>(asked.y) + 0.5f + offset.y;
-  const CameraRay camera = scene_.camera().generate(x, y, on_lens);
-  ViewPath path{.origin = camera.ray.origin, .direction = camera.ray.direction, .t_max = camera.ray.t_max};
-  path.width = camera.width, path.spread = camera.spread;
+  const Ray camera = scene_.camera().generate(x, y, on_lens);
+  ViewPath path{.origin = camera.origin, .direction = camera.direction, .t_max = camera.t_max};
   if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
   counts.view_paths += asked.seeks != Seeks::Emission;
   branches_[0] = path;
@@ -149,7 +148,6 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
       if (!(path.is_camera && settings_.transparent_film)) far_emission(path, segment_of(path), arm_of(path));
       return false;
     }
-    path.length += hit->t;
     const float chance = vertex.pass_chance;
     if (chance < 1 && (chance == 0 || random() >= chance)) {
       path.weight /= 1 - chance;

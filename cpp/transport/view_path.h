@@ -33,8 +33,6 @@ struct ViewPath {
   int own_entry = -1;       // just came backward out of this light edit's entry: the entry's plane comes first
   int at_edit = -1, at_exit = 0;  // just left this exit of a view edit: entries in its plane come first
   int last_edit = -1;       // whose gate it met last
-  float width = 0, spread = 0;    // footprint of a pixel: width + spread · length
-  double length = 0;
   float lobe_pdf = 0;             // with which the last followed lobe made the direction, for MIS; 0: by no chance (delta, camera, gate)
   V3d lobe_origin{0};             // where that was
   V3f lobe_normal{0};             // what choose_light was asked with there
@@ -56,7 +54,7 @@ inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a ver
 class alignas(64) ViewTracer {  // threads write to theirs: no cache line is shared
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), gates_in_view_(scene.gates_in_view()), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
+      : scene_(scene), settings_(settings), effects_(effects), gates_in_view_(scene.gates_in_view()), disk_bounds_(scene.camera(), scene.frame(), settings), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // At most bundle_size samples of pixels near each other.
@@ -254,8 +252,6 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     ImageSet images;
   };
   [[nodiscard]] Few<LobeGroup> groups_of(int joins, const Vertex& vertex, ImageSet images);
-  void add_density(const ViewPath& path, const Vertex& v, const PhotonMap& map, float radius);
-  [[nodiscard]] V3d offset_of_lookup(const ViewPath& path, const Vertex& v) const noexcept;
   [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
   [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
   // Dimension pairs of the vertex at this depth.
@@ -271,6 +267,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   float radius_scale_ = 1;
 
   const GatesInView& gates_in_view_;
+  const DiskBounds disk_bounds_;
   StateTable states_;
   std::vector<StateId> state_of_;        // a photon's q -> this thread's number
   std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last

@@ -45,7 +45,7 @@ double Visible::edge(const V3d& p) const noexcept { return std::ldexp(1.0, level
 int Visible::level(const V3d& p) const noexcept {
   const FrameDescription& frame = scene_.frame();
   const double across = scene_.camera().footprint(p) * std::max(frame.width, frame.height) / cells_across;
-  return std::ilogb(std::max(across, 1e-6 * scene_.extent()));
+  return std::ilogb(std::max(across, 1e-9 * scene_.extent()));
 }
 
 void Visible::add(const Vertex& vertex, const V3f& direction) {
@@ -98,25 +98,23 @@ std::vector<Sight> Visible::sights() const {
 Visible look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel) {
   Visible seen(scene);
   const FrameDescription& frame = scene.frame();
-  int count = 0, far_count = 0;
+  std::vector<double> footprints;
+  int far_count = 0;
   Vertex vertex, far;
   for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
     const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
-    const CameraRay camera = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
-    Ray ray = camera.ray;
-    double length = 0;
+    Ray ray = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
     bool ended = false;
     for (std::uint32_t depth = 0; depth < max_depth_of_look && !ended; ++depth) {
       const auto hit = scene.intersect(ray);
       if (!hit) break;
       make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
-      length += hit->t;
       V3f onward = ray.direction;
       if (vertex.bsdf.events() & gathering) {
         seen.add(vertex, ray.direction);
-        seen.mean_footprint += camera.width + camera.spread * length;
-        ++count, ended = true;
+        footprints.push_back(scene.camera().footprint(hit->position));
+        ended = true;
         onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
         if (const auto next = scene.intersect(ray_from(*hit, onward))) {
           make_vertex(scene, *next, -onward, false, Carries::Radiance, far);
@@ -132,7 +130,11 @@ Visible look_around(const Scene& scene, const TransportSettings& settings, const
       ray = ray_from(*hit, onward);
     }
   }
-  seen.mean_footprint /= std::max(count, 1), seen.mean_length /= std::max(far_count, 1);
+  seen.mean_length /= std::max(far_count, 1);
+  if (footprints.empty()) return seen;
+  const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);
+  std::ranges::nth_element(footprints, middle);
+  seen.footprint = *middle;
   return seen;
 }
 

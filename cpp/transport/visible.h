@@ -42,8 +42,8 @@ class Visible {
   // all but outliers. Shares sum to 1. None: nothing is seen.
   [[nodiscard]] std::vector<Sight> sights() const;
 
-  double mean_footprint = 0;  // of a pixel at v (m)
-  double mean_length = 0;     // from v to y (m)
+  double footprint = 0;    // of a pixel at v (m): half of all see a smaller one (a mean would be the horizon's)
+  double mean_length = 0;  // from v to y (m)
 
  private:
   [[nodiscard]] int level(const V3d& p) const noexcept;

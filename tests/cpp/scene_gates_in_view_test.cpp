@@ -50,7 +50,7 @@ TEST(GatesInView, NoRayMeetsAGateUnasked) {
     for (int y = 0; y < frame.height; ++y)
       for (int x = 0; x < frame.width; ++x) {
         const V2f offset = filter.sample_filter(random.pair());
-        const Ray ray = camera.generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, random.pair()).ray;
+        const Ray ray = camera.generate(static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y, random.pair());
         for (const Side side : {Side::Light, Side::View}) {
           const bool is_asked = gates.any(side, x, y);
           if (camera.is_invertible()) ++blocks, asked += is_asked;

@@ -86,6 +86,38 @@ TEST(PhotonMap, FindsWhatBruteForceFinds) {
   }
 }
 
+// By their own reach, from one that holds everything to a millionth of it, alike and mixed.
+TEST(PhotonMap, FindsThePhotonsWhoseReachHoldsThePlace) {
+  ThreadPool pool(2);
+  for (const auto& [spread, least, most] : {std::tuple{1.0, 0.05f, 0.05f}, {1.0, 1e-3f, 0.7f}, {1e4, 3.0f, 4000.0f}, {1e6, 2.0f, 3e5f}, {1e-3, 1e-9f, 1e-3f}}) {
+    test::Random random(8);
+    auto chunks = random_photons(random, 5, 400, V3d(spread, 0, -spread), spread);
+    const float decades = std::log(most / least);
+    const auto reach_of = [&, least = least](const Photon& photon) { return least * std::exp(decades * static_cast<float>(photon.q & 0xffffu) / 65535.0f); };
+    PhotonMap map;
+    map.build_by_reach(chunks, 0b0101, reach_of, pool, never);
+    std::size_t count = 0;
+    for (int query = 0; query < 500; ++query) {
+      const Photon& near = chunks[0][static_cast<std::size_t>(query % 400)];
+      const V3f p = near.position + V3f(random.direction() * reach_of(near) * random.unit());
+      const Reaches some = query % 3 ? Reaches{least * 0.99f, most * 1.01f} : Reaches{least * 0.99f, reach_of(near)};
+      std::multiset<std::uint32_t> found, expected;
+      map.query(p, some, V3f(1.0001f), [&](const Photon& photon, float per_reach2) {
+        EXPECT_NEAR(per_reach2 * square(reach_of(photon)), 1, 1e-5);
+        if (reach_of(photon) <= some.most) found.insert(photon.q);
+      });
+      for (const auto& chunk : chunks)
+        for (const Photon& photon : chunk) {
+          const float per_reach2 = 1 / square(reach_of(photon));
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.most && (photon.position - p).length2() * per_reach2 < 1) expected.insert(photon.q);
+        }
+      ASSERT_EQ(found, expected) << spread << ' ' << query;
+      count += found.size();
+    }
+    EXPECT_GT(count, 200u);
+  }
+}
+
 TEST(PhotonMap, OrderDoesNotDependOnThreads) {
   test::Random random(4);
   const auto chunks = random_photons(random, 7, 300, V3d(0), 1);
@@ -139,13 +171,30 @@ const Vertex& white_floor() {
   return floor;
 }
 
+// One radius for all photons, or kernels that are their own, by their states: as far as blurs as much, or a little further or less far.
+enum class Kernel { Even, Round };
+float reach_of(const Photon& photon, float radius) { return std::sqrt(1.5f) * radius * (1 + 0.2f * static_cast<float>((photon.q + 1) % 3 - 1.0f)); }
+
+void build(PhotonMap& map, Kernel kernel, PhotonMap::Chunks chunks, float radius, ThreadPool& pool) {
+  if (kernel == Kernel::Even)
+    map.build(chunks, ~0u, 2 * radius, pool, never);
+  else
+    map.build_by_reach(chunks, ~0u, [radius](const Photon& photon) { return reach_of(photon, radius); }, pool, never);
+}
+
+template <class Ask, class Found>
+Sum density(const PhotonMap& map, Kernel kernel, float radius, const SumRule& rule, Ask&& ask, Found&& found) {
+  const Receiver receiver(white_floor(), gathering);
+  if (kernel == Kernel::Even) return estimate_density(map, receiver, radius, rule, ask, found);
+  return estimate_density(map, receiver, Reaches{0.9f * radius, 1.5f * radius}, rule, ask, found);
+}
+
 // What a kernel makes of a square lattice of photons on z = 0, each of flux 1 for its cell, seen by a white diffuse floor at the origin: the
 // sum of the weights, that of their products with x², and that of their squares.
 struct KernelSums {
   double all = 0, blur = 0, squares = 0;
 };
-template <Kernel kernel>
-KernelSums sums_of(float radius, float step) {
+KernelSums sums_of(Kernel kernel, float radius, float step) {
   const V3f up(0, 0, 1);
   std::vector<std::vector<Photon>> chunks(1);
   for (int i = -400; i <= 400; ++i)
@@ -154,25 +203,25 @@ KernelSums sums_of(float radius, float step) {
       photon.position = V3f(static_cast<float>(i) * step, static_cast<float>(j) * step, 0);
       photon.normal = photon.wi = pack_direction(up);
       photon.set_flux(Color(step * step));
-      photon.arrival = Arrival::Caustic;
+      photon.arrival = Arrival::Caustic, photon.q = 3;
       chunks[0].push_back(photon);
     }
   ThreadPool pool(1);
   PhotonMap map;
-  map.build(chunks, ~0u, 2 * round_reach * radius, pool, never);
+  build(map, kernel, chunks, radius, pool);
   KernelSums sums;
   const auto found = [&](const Photon& photon, const Color& radiance, bool) {
     const double weight = radiance.x * pi;
     sums.all += weight, sums.blur += weight * square(photon.position.x), sums.squares += square(weight);
   };
   const auto ask = [](std::uint32_t) { return SumAnswer(); };
-  EXPECT_EQ(estimate_density<kernel>(map, Receiver(white_floor(), gathering), radius, {}, ask, found).photons, 0u);
+  EXPECT_EQ(density(map, kernel, radius, {}, ask, found).photons, 0u);
   return sums;
 }
 
 TEST(Density, KernelsKeepLightAndBlurAlikeAndTheRoundOneHasLessNoise) {
   const float radius = 0.3f, step = 0.002f;
-  const KernelSums even = sums_of<Kernel::Even>(radius, step), round = sums_of<Kernel::Round>(radius, step);
+  const KernelSums even = sums_of(Kernel::Even, radius, step), round = sums_of(Kernel::Round, radius, step);
   for (const KernelSums& sums : {even, round}) {
     EXPECT_NEAR(sums.all, 1, 2e-3);
     EXPECT_NEAR(sums.blur, square(radius) / 4, 2e-3 * square(radius) / 4);
@@ -180,10 +229,40 @@ TEST(Density, KernelsKeepLightAndBlurAlikeAndTheRoundOneHasLessNoise) {
   EXPECT_NEAR(round.squares / even.squares, 8.0 / 9, 3e-3);
 }
 
+// Wherever photons lie and however far they reach, receivers all over the floor get what they carry. Exact but for the receivers' lattice.
+TEST(Density, WidthsOfAllKindsKeepLight) {
+  ThreadPool pool(1);
+  const float step = 0.01f;
+  for (const bool sums : {false, true}) {
+    test::Random random(9);
+    std::vector<std::vector<Photon>> chunks(1);
+    double carried = 0, received = 0;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      Photon photon;
+      photon.position = V3f(random.unit() - 0.5f, random.unit() - 0.5f, 0);
+      photon.normal = photon.wi = pack_direction(V3f(0, 0, 1));
+      photon.set_flux(Color(random.unit()));
+      photon.arrival = Arrival::Caustic, photon.q = i;
+      carried += photon.flux().x;
+      chunks[0].push_back(photon);
+    }
+    const auto reach = [](const Photon& photon) { return 0.1f * std::exp2(static_cast<float>(photon.q % 8) / 2.5f); };
+    PhotonMap map;
+    map.build_by_reach(chunks, ~0u, reach, pool, never);
+    for (int x = -150; x <= 150; ++x)
+      for (int y = -150; y <= 150; ++y) {
+        Vertex v = white_floor();
+        v.hit.position = V3d(x, y, 0) * step;
+        const auto found = [&](const Photon&, const Color& radiance, bool) { received += radiance.x; };
+        received += estimate_density(map, Receiver(v, gathering), Reaches{0.09f, 0.8f}, {sums, 10, false}, [](std::uint32_t) { return SumAnswer(); }, found).radiance.x;
+      }
+    EXPECT_NEAR(received * pi * square(step) / carried, 1, 1e-3) << sums;
+  }
+}
+
 // What is added up at once is what would have been found one by one, in a corner where some photons lie on the wall. Of the states 0 to 3 one
 // is not in the sum, one is handed over as well.
-template <Kernel kernel>
-void expect_the_same_sum(float radius, int depth, bool asks) {
+void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   test::Random random(7);
   auto chunks = random_photons(random, 6, 5000, V3d(0), 1);
   std::uint32_t number = 0;
@@ -197,20 +276,17 @@ void expect_the_same_sum(float radius, int depth, bool asks) {
     }
   ThreadPool pool(1);
   PhotonMap map;
-  map.build(chunks, ~0u, 0.1f, pool, never);
-  const auto density = [&](const SumRule& rule, auto&& ask, auto&& found) {
-    return estimate_density<kernel>(map, Receiver(white_floor(), gathering), radius, rule, ask, found);
-  };
+  build(map, kernel, chunks, radius, pool);
   const auto ask = [](std::uint32_t q) { return SumAnswer{q % 4 != 1, q % 4 == 1 || q % 4 == 2}; };
   std::set<std::uint32_t> summed, handed_over;
   V3d expected(0);
-  density({}, ask, [&](const Photon& photon, const Color& radiance, bool) {
+  density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, bool) {
     const bool may_be = !photon.met_gate && photon.depth <= depth, is_summed = may_be && (!asks || ask(photon.q).is_summed);
     if (is_summed) expected += V3d(radiance), summed.insert(photon.q);
     if (!may_be || (asks && ask(photon.q).is_handed_over)) handed_over.insert(photon.q);
   });
   std::set<std::uint32_t> found;
-  const Sum sum = density({true, depth, asks}, ask, [&](const Photon& photon, const Color&, bool is_summed) {
+  const Sum sum = density(map, kernel, radius, {true, depth, asks}, ask, [&](const Photon& photon, const Color&, bool is_summed) {
     found.insert(photon.q);
     EXPECT_EQ(is_summed, summed.contains(photon.q));
   });
@@ -227,7 +303,7 @@ void expect_the_same_sum(float radius, int depth, bool asks) {
 TEST(Density, SumsAreThoseOfTheirPhotons) {
   for (const float radius : {0.1f, 0.3f})
     for (const int depth : {3, 7})
-      for (const bool asks : {false, true}) expect_the_same_sum<Kernel::Even>(radius, depth, asks), expect_the_same_sum<Kernel::Round>(radius, depth, asks);
+      for (const bool asks : {false, true}) for (const Kernel kernel : {Kernel::Even, Kernel::Round}) expect_the_same_sum(kernel, radius, depth, asks);
 }
 
 // Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one cell's radius to the next one's.

@@ -55,11 +55,11 @@ class EyeTracer {
   };
 
   void trace(const V2f& at) {
-    const CameraRay ray = scene_.camera().generate(at.x, at.y, V2f(0.5f));
+    const Ray ray = scene_.camera().generate(at.x, at.y, V2f(0.5f));
     nodes_.clear();
     eye_factor_ = V3d(1);
-    eye_ = ray.ray.origin;
-    View view{.origin = ray.ray.origin, .direction = ray.ray.direction, .t_max = ray.ray.t_max};
+    eye_ = ray.origin;
+    View view{.origin = ray.origin, .direction = ray.direction, .t_max = ray.t_max};
     while (step(view)) {
     }
   }
