@@ -8,13 +8,6 @@
 
 namespace sluice {
 
-// Directions around an axis, a little too wide. half (rad) >= pi: all of them.
-struct Cone {
-  V3d axis{0, 0, 1};
-  double half = pi;
-};
-[[nodiscard]] Cone join(const Cone& a, const Cone& b) noexcept;
-
 class LightTree {
  public:
   LightTree() = default;

@@ -12,6 +12,26 @@ namespace {
 constexpr double slack = 1e-3;  // of angles and reaches, as importance() has it
 constexpr int most_depth = 40;  // below it nodes are halved by number, so that none is much deeper
 
+// Directions around an axis, a little too wide. half (rad) >= pi: all of them; < 0: none.
+struct Cone {
+  V3d axis{0, 0, 1};
+  double half = std::numbers::pi;
+};
+
+// The smallest cone around both.
+Cone join(const Cone& a, const Cone& b) {
+  const bool first = a.half >= b.half;
+  const Cone &wide = first ? a : b, &narrow = first ? b : a;
+  if (narrow.half < 0 || wide.half >= std::numbers::pi) return wide;
+  const V3d across = wide.axis.cross(narrow.axis);
+  const double between = std::atan2(across.length(), wide.axis.dot(narrow.axis));
+  if (between + narrow.half <= wide.half) return wide;
+  const double half = (wide.half + between + narrow.half) / 2, turn = half - wide.half;
+  if (half >= std::numbers::pi || !(across.length2() > 0)) return {};
+  const V3d aside = across.cross(wide.axis).normalized();
+  return {(wide.axis * std::cos(turn) + aside * std::sin(turn)).normalized(), half};
+}
+
 // A light as the tree sees it.
 struct Item {
   V3d place;
@@ -40,7 +60,7 @@ Item item_of(const Light& light) {
 struct Group {
   Bounds bounds;
   double strength = 0;
-  Cone cone{{0, 0, 1}, -1};  // < 0: of none
+  Cone cone{.half = -1};
 
   void add(const Item& item) {
     bounds.add(item.place - V3d(item.reach)), bounds.add(item.place + V3d(item.reach));
@@ -81,20 +101,6 @@ std::size_t split(std::span<const Item> items, std::span<std::uint32_t> members,
 }
 
 }  // namespace
-
-// The smallest cone around both.
-Cone join(const Cone& a, const Cone& b) noexcept {
-  const bool first = a.half >= b.half;
-  const Cone &wide = first ? a : b, &narrow = first ? b : a;
-  if (narrow.half < 0 || wide.half >= std::numbers::pi) return wide;
-  const V3d across = wide.axis.cross(narrow.axis);
-  const double between = std::atan2(across.length(), wide.axis.dot(narrow.axis));
-  if (between + narrow.half <= wide.half) return wide;
-  const double half = (wide.half + between + narrow.half) / 2, turn = half - wide.half;
-  if (half >= std::numbers::pi || !(across.length2() > 0)) return {};
-  const V3d aside = across.cross(wide.axis).normalized();
-  return {(wide.axis * std::cos(turn) + aside * std::sin(turn)).normalized(), half};
-}
 
 struct LightTree::Builder {
   LightTree& tree;
