@@ -153,7 +153,7 @@ def _draw_entry(layout, region, item):
     edit = item.sluice
     body = layout.column()
     body.active = edit.enabled
-    found = statistics.of(item.name) if _draw_expression(body, region, edit) else None
+    found = statistics.of(item.name_full) if _draw_expression(body, region, edit) else None
     _draw_figures(body, region, found)
     _draw_arrivals(body, found)
     body.separator()

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What things answer to in expressions: instances of instances, whatever makes them, and things of libraries."""
+import bpy
+import pytest
+
+
+@pytest.fixture
+def eggs(cube_mesh, export_now):
+    """eggs(): {x: names} of the exported instances that are called Egg."""
+    mesh = cube_mesh("Egg")
+
+    def told():
+        description, _warnings = export_now()
+        return {round(float(item["matrix"][0, 3]), 3): item["names"] for item in description["instances"] if item["names"][0] == "Egg"}
+
+    told.mesh = mesh
+    return told
+
+
+def _collection(name, parent=None):
+    made = bpy.data.collections.new(name)
+    if parent is not None:
+        parent.children.link(made)
+    return made
+
+
+@pytest.fixture
+def instance(new_object):
+    """instance("A", collection, x, into): an Empty that instances a collection."""
+    def make(name, collection, x=0.0, into=None):
+        item = new_object(name, None, collection=into)
+        item.instance_type, item.instance_collection, item.location.x = 'COLLECTION', collection, x
+        return item
+
+    return make
+
+
+@pytest.fixture
+def row(eggs, new_object, instance):
+    """Two instances, A at 0 and B at 3, of a collection Box that holds the egg in its collection Nest, beside things that are not seen."""
+    box, pair = _collection("Box"), _collection("Pair")
+    hidden = new_object("Hidden", eggs.mesh, collection=box)
+    hidden.hide_render = hidden.hide_viewport = True
+    new_object("Egg", eggs.mesh, collection=_collection("Nest", box))
+    new_object("Ball", eggs.mesh, collection=box)
+    instance("A", box, 0, pair)
+    instance("B", box, 3, pair)
+    return pair
+
+
+def test_an_instance_answers_to_all_that_make_it(eggs, row, instance):
+    """Three instancers above each other; which ones is told by the place."""
+    shelf = _collection("Shelf")
+    instance("M", row, 0, shelf)
+    instance("N", row, 10, shelf)
+    instance("Top", shelf)
+    instance("Aside", row, 100)
+    inner = ["Egg", "Nest", "Box"]
+    assert eggs() == {
+        0: [*inner, "A", "Pair", "M", "Shelf", "Top"], 3: [*inner, "B", "Pair", "M", "Shelf", "Top"],
+        10: [*inner, "A", "Pair", "N", "Shelf", "Top"], 13: [*inner, "B", "Pair", "N", "Shelf", "Top"],
+        100: [*inner, "A", "Pair", "Aside"], 103: [*inner, "B", "Pair", "Aside"]}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ('VERTS', 'FACES'))
+def test_instances_on_a_mesh(row, instance, new_object, export_now, kind):
+    carrier = new_object("Carrier", bpy.data.meshes.new("Carrier"))
+    carrier.data.from_pydata([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [], [(0, 1, 2), (0, 2, 3)])
+    carrier.instance_type = kind
+    instance("Kid", row).parent = carrier
+    found = sorted(item["names"] for item in export_now()[0]["instances"] if "Carrier" in item["names"] and "Egg" in item["names"])
+    count = len(carrier.data.vertices if kind == 'VERTS' else carrier.data.polygons)
+    assert found == [["Egg", "Nest", "Box", name, "Pair", "Kid", "Carrier"] for name in "A" * count + "B" * count]
+
+
+def _nodes(item, kind, collection, is_separate=False):
+    tree = bpy.data.node_groups.new("Instances", 'GeometryNodeTree')
+    if hasattr(tree, "interface"):
+        tree.interface.new_socket("Geometry", in_out='OUTPUT', socket_type='NodeSocketGeometry')
+    else:
+        tree.outputs.new('NodeSocketGeometry', "Geometry")
+    info, out = tree.nodes.new(kind), tree.nodes.new('NodeGroupOutput')
+    next(socket for socket in info.inputs if socket.name == "Collection").default_value = collection
+    next(socket for socket in info.inputs if socket.name == "Separate Children").default_value = is_separate
+    tree.links.new(info.outputs[0], out.inputs[0])
+    item.modifiers.new("Instances", 'NODES').node_group = tree
+
+
+@pytest.mark.parametrize("is_separate", (False, True))
+def test_geometry_nodes(eggs, row, new_object, is_separate):
+    geometry = new_object("Geometry", eggs.mesh)
+    _nodes(geometry, 'GeometryNodeCollectionInfo', row, is_separate)
+    inner = ["Egg", "Nest", "Box"]
+    assert eggs() == {0: [*inner, "A", "Pair", "Geometry"], 3: [*inner, "B", "Pair", "Geometry"]}
+
+
+def test_particles(eggs, row, new_object):
+    carrier = new_object("Carrier", eggs.mesh)
+    carrier.modifiers.new("Particles", 'PARTICLE_SYSTEM')
+    settings = carrier.particle_systems[0].settings
+    settings.count, settings.frame_start, settings.frame_end, settings.physics_type = 2, 1, 1, 'NO'
+    settings.render_type, settings.instance_collection, settings.use_whole_collection = 'COLLECTION', bpy.data.collections["Box"], True
+    bpy.context.scene.frame_set(1)
+    found = list(eggs().values())
+    assert found and all(names == ["Egg", "Nest", "Box", "Carrier"] for names in found)
+
+
+def test_lamps_in_instances_and_collections_renamed(row, new_object, instance, export_now):
+    new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), collection=bpy.data.collections["Nest"])
+    instance("Top", row)
+    bpy.data.collections["Box"].name = "Case"
+    lights = export_now()[0]["lights"]
+    assert [light["names"] for light in lights] == [["Lamp", "Nest", "Case", name, "Pair", "Top"] for name in "AB"]
+
+
+def _library(path, make):
+    """Saves what `make` makes as a library, and opens an empty file."""
+    make()
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.read_homefile(use_empty=True)
+
+
+def _link(path, **names):
+    with bpy.data.libraries.load(str(path), link=True) as (_there, here):
+        for kind, wanted in names.items():
+            setattr(here, kind, wanted)
+    for item in names.get("objects", ()):  # names no more: Blender puts in what it loaded
+        bpy.context.scene.collection.objects.link(item)
+    for item in names.get("collections", ()):
+        bpy.context.scene.collection.children.link(item)
+
+
+@pytest.fixture
+def entry_of_shelf(tmp_path, new_object, cube_mesh):
+    """The path of a library with an entry that takes what its egg sends on."""
+    def make():
+        new_object("Egg", cube_mesh())
+        new_object("Entry").sluice.role = 'ENTRY'
+        bpy.data.objects["Entry"].sluice.expression = "L'Sky'S'Egg'+"
+        bpy.data.worlds.new("Sky").use_fake_user = True
+
+    _library(tmp_path / "shelf.blend", make)
+    return tmp_path / "shelf.blend"
+
+
+def _expression(exported):
+    edit, = exported[0]["edits"]
+    return edit["expression"]
+
+
+def test_a_linked_edit_means_its_own_library(entry_of_shelf, new_object, cube_mesh, export_now):
+    _link(entry_of_shelf, objects=["Entry", "Egg"], worlds=["Sky"])
+    bpy.context.scene.world = bpy.data.worlds["Sky"]
+    assert _expression(export_now()) == "L'Sky'S'Egg'+"
+    new_object("Egg", cube_mesh())
+    assert _expression(export_now()) == "L'Sky'S'Egg [shelf.blend]'+"
+    bpy.data.worlds.new("Sky")
+    description = export_now()[0]
+    assert description["edits"][0]["expression"] == "L'Sky [shelf.blend]'S'Egg [shelf.blend]'+"
+    assert description["world"]["name"] == "Sky [shelf.blend]"
+    assert sorted(item["names"] for item in description["instances"]) == [["Egg"], ["Egg [shelf.blend]"]]
+
+
+def test_a_local_edit_means_local_things(entry_of_shelf, new_object, cube_mesh, export_now):
+    _link(entry_of_shelf, objects=["Egg"])
+    entry = new_object("Entry")
+    entry.sluice.role, entry.sluice.expression = 'ENTRY', "LS'Egg'+"
+    new_object("Egg", cube_mesh())
+    assert _expression(export_now()) == "LS'Egg'+"
+    assert sorted(item["names"] for item in export_now()[0]["instances"]) == [["Egg"], ["Egg [shelf.blend]"]]
+
+
+def test_a_name_may_lie_in_a_library_of_the_library(tmp_path, entry_of_shelf, new_object, cube_mesh, export_now):
+    """The edit was written in a file that links the egg: that one it means, whatever this file has."""
+    def make():
+        _link(entry_of_shelf, objects=["Egg"])
+        new_object("Entry").sluice.role = 'ENTRY'
+        bpy.data.objects["Entry"].sluice.expression = "LS'Egg'+"
+        room = bpy.data.collections.new("Room")
+        bpy.context.scene.collection.children.link(room)
+        room.objects.link(bpy.data.objects["Entry"])
+        room.objects.link(bpy.data.objects["Egg"])
+
+    _library(tmp_path / "room.blend", make)
+    _link(tmp_path / "room.blend", collections=["Room"])
+    new_object("Egg", cube_mesh())
+    assert _expression(export_now()) == "LS'Egg [shelf.blend]'+"
+
+
+def test_two_libraries_have_edits_and_eggs_of_one_name(tmp_path, new_object, cube_mesh, export_now):
+    def make():
+        new_object("Egg", cube_mesh())
+        new_object("Entry").sluice.role = 'ENTRY'
+        bpy.data.objects["Entry"].sluice.expression = "LS'Egg'F'Entry'*"
+
+    for name in ("one", "two"):
+        _library(tmp_path / f"{name}.blend", make)
+    for name in ("one", "two"):
+        _link(tmp_path / f"{name}.blend", objects=["Egg", "Entry"])
+    found = {edit["entry"]["name"]: edit["expression"] for edit in export_now()[0]["edits"]}
+    assert found == {f"Entry [{name}.blend]": f"LS'Egg [{name}.blend]'F'Entry [{name}.blend]'*" for name in ("one", "two")}
