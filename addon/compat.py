@@ -117,3 +117,11 @@ def active_first(items, index):
 def is_bpy_module(bpy):
     """True where Blender is a Python module rather than a program: its engine classes must be gone before exit."""
     return not getattr(bpy.app, "binary_path", "") or getattr(bpy.app, "module", False)
+
+
+def modifier_inputs(modifier):
+    """The values that a geometry nodes modifier gives its group, where this Blender tells them."""
+    try:
+        return list(modifier.values())
+    except TypeError:
+        return []

@@ -73,16 +73,18 @@ def test_instances_on_a_mesh(row, instance, new_object, export_now, kind):
     assert found == [["Egg", "Nest", "Box", name, "Pair", "Kid", "Carrier"] for name in "A" * count + "B" * count]
 
 
-def _nodes(item, kind, collection, is_separate=False):
+def _nodes(item, kind, thing, is_separate=False):
     tree = bpy.data.node_groups.new("Instances", 'GeometryNodeTree')
     if hasattr(tree, "interface"):
         tree.interface.new_socket("Geometry", in_out='OUTPUT', socket_type='NodeSocketGeometry')
     else:
         tree.outputs.new('NodeSocketGeometry', "Geometry")
     info, out = tree.nodes.new(kind), tree.nodes.new('NodeGroupOutput')
-    next(socket for socket in info.inputs if socket.name == "Collection").default_value = collection
-    next(socket for socket in info.inputs if socket.name == "Separate Children").default_value = is_separate
-    tree.links.new(info.outputs[0], out.inputs[0])
+    inputs = {socket.name: socket for socket in info.inputs}
+    inputs["Object" if "Object" in inputs else "Collection"].default_value = thing
+    if is_separate:
+        inputs["Separate Children"].default_value = True
+    tree.links.new(next(socket for socket in info.outputs if socket.type == 'GEOMETRY'), out.inputs[0])
     item.modifiers.new("Instances", 'NODES').node_group = tree
 
 
@@ -199,3 +201,69 @@ def test_two_libraries_have_edits_and_eggs_of_one_name(tmp_path, new_object, cub
         _link(tmp_path / f"{name}.blend", objects=["Egg", "Entry"])
     found = {edit["entry"]["name"]: edit["expression"] for edit in export_now()[0]["edits"]}
     assert found == {f"Entry [{name}.blend]": f"LS'Egg [{name}.blend]'F'Entry [{name}.blend]'*" for name in ("one", "two")}
+
+
+class _Layout:
+    """Remembers what a panel draws."""
+
+    def __init__(self):
+        self.alert, self.use_property_split, self.scale_y = False, True, 1
+        self.inside, self.fields, self.sentence = [], [], ""
+
+    def row(self, **_more):
+        self.inside.append(_Layout())
+        return self.inside[-1]
+
+    column = row
+
+    def prop(self, _owner, name, **_more):
+        self.fields.append(name)
+
+    def label(self, text="", **_more):
+        self.sentence += text + " "
+
+    def all(self):
+        return [self] + [part for layout in self.inside for part in layout.all()]
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """drawn(entry): (is the field red, what is said in red) of its expression in its panel."""
+    from sluice import edit_panels
+    monkeypatch.setattr(edit_panels, "sentence", lambda layout, _region, text, _icon: layout.label(text))
+
+    def draw(entry):
+        layout = _Layout()
+        bpy.context.view_layer.update()
+        edit_panels.draw_checked(layout, None, entry.sluice)
+        field, = (part for part in layout.all() if "expression" in part.fields)
+        return field.alert, "".join(part.sentence for part in layout.all() if part.alert)
+
+    return draw
+
+
+def test_a_name_that_is_not_in_the_scene_is_red(drawn, row, instance, new_object, cube_mesh):
+    instance("Top", row)
+    geometry = new_object("Geometry", cube_mesh())
+    lonely = bpy.data.objects.new("Lonely", cube_mesh())
+    _nodes(geometry, 'GeometryNodeObjectInfo', lonely)
+    bpy.context.scene.world, bpy.data.worlds.new("Night").use_fake_user = bpy.data.worlds.new("Sky"), True
+    bpy.data.scenes.new("Other").collection.objects.link(bpy.data.objects.new("Away", cube_mesh()))
+    entry = new_object("Entry")
+    entry.sluice.role = 'ENTRY'
+    for name in ("Egg", "Nest", "Box", "A", "Pair", "Top", "Geometry", "Lonely", "Sky", "Entry"):
+        entry.sluice.expression = f"L.*X'{name}'"
+        assert drawn(entry) == (False, ""), name
+    for name in ("Away", "Night"):
+        entry.sluice.expression = f"L.*X'{name}'"
+        red, said = drawn(entry)
+        assert red and f"'{name}' is in this file, but not in this scene" in said
+    entry.sluice.expression = "L.*X'Egk'"
+    red, said = drawn(entry)
+    assert red and "'Egg'" in said
+    bpy.data.scenes["Other"].collection.objects.link(bpy.data.objects["Egg"])  # stays in the file, leaves the scene
+    for collection in bpy.data.objects["Egg"].users_collection:
+        if collection.name == "Nest":
+            collection.objects.unlink(bpy.data.objects["Egg"])
+    entry.sluice.expression = "L.*X'Egg'"
+    assert drawn(entry)[0]
