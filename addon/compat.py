@@ -3,6 +3,8 @@
 
 Functions take the Blender objects they ask, so tests run both branches with fakes. `bpy` is imported only where a name must be
 looked up in it."""
+import functools
+
 import numpy as np
 
 
@@ -125,3 +127,9 @@ def modifier_inputs(modifier):
         return list(modifier.values())
     except TypeError:
         return []
+
+
+@functools.cache
+def has_session_ids(bpy):
+    """Do datablocks bear a number that stays theirs while Blender runs (4.1)?"""
+    return "session_uid" in bpy.types.ID.bl_rna.properties

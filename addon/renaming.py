@@ -8,7 +8,7 @@ from collections import namedtuple
 
 import bpy
 
-from . import copies, handlers, names
+from . import compat, copies, handlers, names
 from .export.names import Homes
 
 _HOMES = ("objects", "collections", "worlds")
@@ -33,9 +33,12 @@ def expression_changed():
 
 def _identity(item):
     """What stays when a datablock is renamed or made local, and through undo. An address alone may be another's after a deletion."""
-    unique = getattr(item, "session_uid", None)  # 4.1
-    data = getattr(item, "data", None)
-    return unique or (item.as_pointer(), getattr(item, "type", ""), data.as_pointer() if data else 0)
+    if compat.has_session_ids(bpy):
+        return item.session_uid
+    if not isinstance(item, bpy.types.Object):
+        return item.as_pointer()
+    data = item.data
+    return item.as_pointer(), item.type, data.as_pointer() if data else 0
 
 
 def _kind(item):
@@ -75,7 +78,7 @@ class _File:
         self.items, self._called = {}, {}
         for item in (item for kind in kinds for item in kind):
             self.items[_identity(item)] = item
-            for name in {item.name, item.name_full}:
+            for name in (item.name,) if item.library is None else (item.name, item.name_full):
                 self._called.setdefault(name, []).append(item)
 
     def meant(self, name, library):

@@ -15,8 +15,11 @@ class Instancers:
 
     def of(self, instance):
         """The originals of the objects that make an instance, nearest first."""
-        parent, item = instance.parent.original, instance.object.original
-        way = tuple(number for number in reversed(instance.persistent_id) if number not in _NONE)
+        parent, item, numbers = instance.parent.original, instance.object.original, instance.persistent_id
+        if numbers[1] in _NONE:
+            self._parent, self._open = parent, [((numbers[0],), item)]
+            return (parent,)
+        way = tuple(number for number in reversed(numbers) if number not in _NONE)
         if parent != self._parent:
             self._parent, self._open = parent, []
         while self._open and not self._makes(*self._open[-1], way, item):
