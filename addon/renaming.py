@@ -15,13 +15,15 @@ _HOMES = ("objects", "collections", "worlds")
 _NOTICE_SECONDS = 6.0
 _LOOK_SECONDS = 0.3
 
-# What holds expressions, an entry or a scene: the path of its library, its stem, its expressions, and {name in them: what it means}
-_Owner = namedtuple("_Owner", "library stem texts meanings")
+# What holds expressions, an entry or a scene: the path of its library, its stem, its expressions, {name in them: what it means}, and
+# which of that is in its scene (and not in an instance alone)
+_Owner = namedtuple("_Owner", "library stem texts meanings present")
 
 _owners = {}    # identity -> _Owner
 _places = {}    # where an owner or what a name means was found -> its identity
 _known = set()  # identities of all that can be named
 _past = {}      # old name -> identity of what was renamed
+_copied = {}    # (place of an owner, expression it was copied with) -> the expression of its own
 _seen = None    # how many there were of each kind; None: an expression changed
 
 
@@ -101,12 +103,14 @@ def _remember(file):
     _places.clear()
     for item, group in _holders():
         identity = _identity(item)
-        owner = _owners.setdefault(identity, _Owner(_place(item)[2], copies.stem(item.name), set(), {}))
+        owner = _owners.setdefault(identity, _Owner(_place(item)[2], copies.stem(item.name), set(), {}, set()))
         owner.texts.add(group.expression)
         _places[_place(item)] = identity
+        scenes = copies.scenes_of(item)
         for name in names.names_in(group.expression):
             meant = file.meant(name, item.library)
             owner.meanings[name] = [_identity(other) for other in meant]
+            owner.present.update(_identity(other) for other in meant if scenes & copies.scenes_of(other))
             _places.update((_place(other), _identity(other)) for other in meant)
     _known.clear()
     _known.update(file.items)
@@ -135,12 +139,13 @@ def _meant_before(name, item, text, is_moved, file):
 def _stand_in(other, name, item, is_moved, file, arrivals):
     """What stands now where `other` stood for an owner: what was made of it together with the owner, or instead of it in the owner's
     scene; what took its name from it; else itself."""
-    scenes = copies.scenes_of(item)
+    scenes, owner = copies.scenes_of(item), _owners.get(_identity(item))
     copy = copies.override_of(other, file.items.values()) if item.override_library is not None else None
     copy = copy or copies.of(other, arrivals, file.old(arrivals), scenes)
     if copy is not None:
         is_together = is_moved and other not in arrivals
-        if is_together or scenes & copies.scenes_of(copy) and not scenes & copies.scenes_of(other):
+        was_here = owner is None or _identity(other) in owner.present
+        if is_together or was_here and scenes & copies.scenes_of(copy) and not scenes & copies.scenes_of(other):
             return copy
     if is_moved or other.name == name or other.library is not None:
         return other
@@ -157,13 +162,13 @@ def follow(is_undone=False):
         return
     file = _File()
     arrivals = set() if is_undone else {item for identity, item in file.items.items() if identity not in _known}
-    told = [line for item, group in _holders() if item.library is None for line in _follow_in(item, group, file, arrivals)]
+    told = [line for item, group in _holders() if item.library is None for line in _follow_in(item, group, file, arrivals, is_undone)]
     _remember(file)
     if told:
         notice(f"Renamed in {len(told)} expression{'s' if len(told) > 1 else ''}: {told[0]}")
 
 
-def _follow_in(item, group, file, arrivals):
+def _follow_in(item, group, file, arrivals, is_undone):
     """Writes the names that an expression needs now; [what to tell of it]."""
     owner, old, changes = _owners.get(_identity(item)), group.expression, {}
     is_moved = bool(arrivals) if owner is None else owner.library != _place(item)[2]
@@ -173,6 +178,11 @@ def _follow_in(item, group, file, arrivals):
         if targets and targets != set(file.meant(name, item.library)):
             changes[name] = sorted(file.called(targets, item.library), key=lambda new: (new == name, new))
     text = names.renamed(old, changes)
+    if text != old and is_moved:
+        _copied[_place(item), old] = text
+    again = _copied.get((_place(item), old), old) if is_undone else old  # as redo leaves it: the step of the copy was made before
+    if again != old and all(file.meant(name, item.library) for name in names.names_in(again)):
+        text = again
     if text == old:
         return []
     group.expression = text
@@ -223,6 +233,7 @@ def _undone(*_):
 @bpy.app.handlers.persistent
 def _file_loaded(*_):
     _past.clear()
+    _copied.clear()
     _undone()
 
 

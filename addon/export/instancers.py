@@ -15,6 +15,8 @@ class Instancers:
 
     def of(self, instance):
         """The originals of the objects that make an instance, nearest first."""
+        if instance.parent is None:
+            return ()
         parent, item, numbers = instance.parent.original, instance.object.original, instance.persistent_id
         if numbers[1] in _NONE:
             self._parent, self._open = parent, [((numbers[0],), item)]

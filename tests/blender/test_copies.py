@@ -60,9 +60,11 @@ def _check(scene, world, collection):
 def test_full_copy_of_a_scene(make_shelf, is_told, capfd):
     make_shelf(is_told)
     first = bpy.context.scene
+    first.sluice.solo = bpy.data.objects["Entry"]
     bpy.ops.scene.new(type='FULL_COPY')
     second = bpy.context.scene
     _update()
+    assert second.sluice.solo == _one(second, 'EMPTY', 'ENTRY')
     assert second != first and _at(second, 1).name not in {"Egg", "Egg.001"}
     _check(first, "Sky", "Shelf")
     _check(second, second.world.name, second.collection.children[0].name)
@@ -118,6 +120,18 @@ def test_what_is_duplicated_together_belongs_together(make_shelf):
     entry, egg = (item.name for item in sorted(bpy.context.selected_objects, key=lambda item: item.type) if item.sluice.role != 'EXIT')
     assert bpy.data.objects[entry].sluice.expression == f"L'Lamp,Sky'(!F'{entry}')*S'{egg}'S'Egg.001'X'Shelf'"
     assert bpy.data.objects["Entry"].sluice.expression == "L'Lamp,Sky'(!F'Entry')*S'Egg'S'Egg.001'X'Shelf'"
+
+
+def test_what_comes_into_the_scene_takes_nobodys_place(new_object, cube_mesh):
+    """The egg that the edit names is in the scene as an instance alone; another egg comes."""
+    shelf, maker, entry = bpy.data.collections.new("Shelf"), new_object("Maker"), new_object("Entry")
+    new_object("Egg", cube_mesh(), collection=shelf)
+    maker.instance_type, maker.instance_collection = 'COLLECTION', shelf
+    entry.sluice.role, entry.sluice.expression = 'ENTRY', "LS'Egg'+"
+    _update()
+    new_object("Egg", cube_mesh())
+    _update()
+    assert entry.sluice.expression == "LS'Egg'+"
 
 
 def test_an_edit_duplicated_alone_names_what_it_did(make_shelf):

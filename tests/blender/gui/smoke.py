@@ -60,6 +60,12 @@ def copied_scene_steps():
     yield None, 1.0
     told = [item.sluice.expression for item in edits() if item.sluice.role == 'ENTRY']
     assert told == ["LS'Egg'+"] and [scene.name for scene in bpy.data.scenes] == [name], told
+    bpy.ops.ed.redo()
+    yield None, 1.0
+    told = {item.sluice.expression for item in edits() if item.sluice.role == 'ENTRY'}
+    assert told == {"LS'Egg'+", "LS'Egg.001'+"}, told
+    bpy.ops.ed.undo()
+    yield None, 1.0
 
 
 def undo_steps():
