@@ -115,6 +115,64 @@ def test_lamps_in_instances_and_collections_renamed(row, new_object, instance, e
     assert [light["names"] for light in lights] == [["Lamp", "Nest", "Case", name, "Pair", "Top"] for name in "AB"]
 
 
+@pytest.fixture
+def lit(new_object, camera):
+    """lit(): the light that the entry took in a small render of the open scene, W. A mirror throws the lamp's light onto it."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y, scene.sluice.passes, scene.sluice.photons = 16, 16, 2, 4000
+    new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT')).location.z = 2
+    bpy.data.lights["Lamp"].energy = 100
+    ceiling = new_object("Ceiling", bpy.data.meshes.new("Ceiling"))
+    ceiling.data.from_pydata([(-20, -20, 12), (20, -20, 12), (20, 20, 12), (-20, 20, 12)], [], [(0, 1, 2, 3)])
+    entry, out = new_object("Entry"), new_object("Exit")
+    entry.location, entry.empty_display_size, out.location = (0, 0, 1), 4, (0, 0, 9)
+    entry.sluice.role, out.sluice.role, out.sluice.entry = 'ENTRY', 'EXIT', entry
+
+    def render(scene, expression=None):
+        from sluice import statistics
+        entry, = (item for item in scene.objects if item.sluice.role == 'ENTRY')
+        entry.sluice.expression = expression or entry.sluice.expression
+        bpy.ops.render.render(scene=scene.name)
+        return statistics.of(entry.name_full).power_in
+
+    return render
+
+
+def _mirror(mesh):
+    material = bpy.data.materials.new("Mirror")
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    shader, out = nodes.new('ShaderNodeBsdfGlossy'), nodes.new('ShaderNodeOutputMaterial')
+    shader.inputs["Roughness"].default_value = 0
+    material.node_tree.links.new(shader.outputs[0], out.inputs[0])
+    mesh.materials.append(material)
+
+
+def test_light_is_taken_by_every_name(lit, eggs, row, instance):
+    """The same light, to the last bit, whichever of its names the expression says."""
+    _mirror(eggs.mesh)
+    bpy.data.objects["Ball"].hide_render = True
+    instance("Top", row)
+    scene = bpy.context.scene
+    whole = lit(scene, "LS+")
+    assert whole > 0
+    for name in ("Egg", "Nest", "Box", "Pair", "Top", "A,B"):
+        assert lit(scene, f"LS'{name}'+") == whole, name
+    assert 0 < lit(scene, "LS'A'+") < whole
+
+
+def test_a_full_copy_takes_the_same_light(lit, new_object, eggs):
+    _mirror(eggs.mesh)
+    new_object("Egg", eggs.mesh)
+    bpy.context.view_layer.update()
+    first = bpy.context.scene
+    taken = lit(first, "L'Lamp'S'Egg'+")
+    bpy.ops.scene.new(type='FULL_COPY')
+    assert bpy.context.scene != first and taken > 0
+    assert lit(bpy.context.scene) == taken
+
+
 def _library(path, make):
     """Saves what `make` makes as a library, and opens an empty file."""
     make()
