@@ -21,7 +21,7 @@ _Owner = namedtuple("_Owner", "library stem texts meanings present")
 
 _owners = {}    # identity -> _Owner
 _places = {}    # where an owner or what a name means was found -> its identity
-_known = set()  # identities of all that can be named
+_known = None   # identities of all that can be named; None: nobody looked yet
 _past = {}      # old name -> identity of what was renamed
 _copied = {}    # (place of an owner, expression it was copied with) -> the expression of its own
 _seen = None    # how many there were of each kind; None: an expression changed
@@ -97,8 +97,8 @@ class _File:
 
 
 def _remember(file):
-    global _seen
-    _seen = _count()
+    global _known, _seen
+    _known, _seen = set(file.items), _count()
     _owners.clear()
     _places.clear()
     for item, group in _holders():
@@ -112,8 +112,6 @@ def _remember(file):
             owner.meanings[name] = [_identity(other) for other in meant]
             owner.present.update(_identity(other) for other in meant if scenes & copies.scenes_of(other))
             _places.update((_place(other), _identity(other)) for other in meant)
-    _known.clear()
-    _known.update(file.items)
     for name in [name for name, identity in _past.items() if identity not in file.items]:
         del _past[name]
 
@@ -161,7 +159,8 @@ def follow(is_undone=False):
     if not is_lost and _seen == _count():
         return
     file = _File()
-    arrivals = set() if is_undone else {item for identity, item in file.items.items() if identity not in _known}
+    # After undo all may lie at other addresses
+    arrivals = set() if is_undone or _known is None else {item for identity, item in file.items.items() if identity not in _known}
     told = [line for item, group in _holders() if item.library is None for line in _follow_in(item, group, file, arrivals, is_undone)]
     _remember(file)
     if told:
@@ -248,6 +247,8 @@ def register():
 
 
 def unregister():
+    global _known
+    _known = None
     handlers.remove(_handlers)
     for timer in (_look, _clear_notice):
         if bpy.app.timers.is_registered(timer):
