@@ -15,9 +15,10 @@ _HOMES = ("objects", "collections", "worlds")
 _NOTICE_SECONDS = 6.0
 _LOOK_SECONDS = 0.3
 
-# What holds expressions, an entry or a scene: the path of its library, its stem, its expressions, {name in them: what it means}, and
-# which of that is in its scene (and not in an instance alone)
-_Owner = namedtuple("_Owner", "library stem texts meanings present")
+# What holds expressions, an entry or a scene: the path of its library, its stem, its expressions, {name in them: [_Meant]}
+_Owner = namedtuple("_Owner", "library stem texts meanings")
+# A thing that a name means, what it looks like, and whether it is in the owner's scene, not in an instance alone
+_Meant = namedtuple("_Meant", "identity look is_here")
 
 _owners = {}    # identity -> _Owner
 _places = {}    # where an owner or what a name means was found -> its identity
@@ -103,49 +104,53 @@ def _remember(file):
     _places.clear()
     for item, group in _holders():
         identity = _identity(item)
-        owner = _owners.setdefault(identity, _Owner(_place(item)[2], copies.stem(item.name), set(), {}, set()))
+        owner = _owners.setdefault(identity, _Owner(_place(item)[2], copies.stem(item.name), set(), {}))
         owner.texts.add(group.expression)
         _places[_place(item)] = identity
         scenes = copies.scenes_of(item)
         for name in names.names_in(group.expression):
             meant = file.meant(name, item.library)
-            owner.meanings[name] = [_identity(other) for other in meant]
-            owner.present.update(_identity(other) for other in meant if scenes & copies.scenes_of(other))
+            owner.meanings[name] = [_seen_as(other, scenes) for other in meant]
             _places.update((_place(other), _identity(other)) for other in meant)
     for name in [name for name, identity in _past.items() if identity not in file.items]:
         del _past[name]
 
 
+def _seen_as(other, scenes):
+    return _Meant(_identity(other), copies.look(other), bool(scenes & copies.scenes_of(other)))
+
+
 def _meant_before(name, item, text, is_moved, file):
-    """What a name in an owner's expression meant before the change that moved the owner here or renamed what it names."""
-    owner = _owners.get(_identity(item))
+    """What a name in an owner's expression meant before the change that moved the owner here or renamed what it names: [_Meant]."""
+    owner, library = _owners.get(_identity(item)), item.library
     if owner is None and is_moved and item.override_library is not None:
-        return file.meant(name, item.override_library.reference.library)
-    if owner is None and is_moved:  # it says what the one says that it was made of
+        library = item.override_library.reference.library
+    elif owner is None and is_moved:  # it says what the one says that it was made of
         alike = [other for other in _owners.values() if other.stem == copies.stem(item.name) and text in other.texts]
         owner = min(alike, key=lambda other: other.library is not None, default=None)
-    identities = owner.meanings.get(name, ()) if owner is not None else ()
-    meant = [file.items[identity] for identity in identities if identity in file.items]
-    if meant:
-        return meant
-    if is_moved:
-        return file.meant(name, item.library)
-    # Undo may bring back an expression of before the renaming
-    return [file.items[_past[name]]] if _past.get(name) in file.items and not file.meant(name, item.library) else []
+    if owner is not None and owner.meanings.get(name):
+        return owner.meanings[name]
+    meant = file.meant(name, library)
+    if not meant and _past.get(name) in file.items:  # undo may bring back an expression of before the renaming
+        meant = [file.items[_past[name]]]
+    return [_seen_as(other, copies.scenes_of(item)) for other in meant]
 
 
-def _stand_in(other, name, item, is_moved, file, arrivals):
-    """What stands now where `other` stood for an owner: what was made of it together with the owner, or instead of it in the owner's
-    scene; what took its name from it; else itself."""
-    scenes, owner = copies.scenes_of(item), _owners.get(_identity(item))
-    copy = copies.override_of(other, file.items.values()) if item.override_library is not None else None
-    copy = copy or copies.of(other, arrivals, file.old(arrivals), scenes)
+def _stand_in(meant, name, item, is_moved, file, arrivals):
+    """What stands now where something stood for an owner: what was made of it together with the owner, or instead of it in the owner's
+    scene; what took its name from it; else itself, or None: it is gone."""
+    other, scenes, copy = file.items.get(meant.identity), copies.scenes_of(item), None
+    if other is not None:
+        copy = copies.override_of(other, file.items.values() if item.override_library is not None else arrivals)
+    if copy is None and arrivals:
+        copy = copies.of(meant.look, arrivals - {other}, file.old(arrivals), scenes)
     if copy is not None:
         is_together = is_moved and other not in arrivals
-        was_here = owner is None or _identity(other) in owner.present
-        if is_together or was_here and scenes & copies.scenes_of(copy) and not scenes & copies.scenes_of(other):
+        has_left = other is None or not scenes & copies.scenes_of(other)
+        is_instead = (meant.is_here or _owners.get(_identity(item)) is None) and scenes & copies.scenes_of(copy) and has_left
+        if is_together or is_instead and (other is not None or not file.meant(name, item.library)):
             return copy
-    if is_moved or other.name == name or other.library is not None:
+    if other is None or is_moved or other.name == name or other.library is not None:
         return other
     took = [new for new in file.meant(name, item.library) if _kind(new) == _kind(other)]
     if not took:
@@ -173,7 +178,7 @@ def _follow_in(item, group, file, arrivals, is_undone):
     is_moved = bool(arrivals) if owner is None else owner.library != _place(item)[2]
     for name in names.names_in(old):
         meant = _meant_before(name, item, old, is_moved, file)
-        targets = {_stand_in(other, name, item, is_moved, file, arrivals) for other in meant}
+        targets = {_stand_in(other, name, item, is_moved, file, arrivals) for other in meant} - {None}
         if targets and targets != set(file.meant(name, item.library)):
             changes[name] = sorted(file.called(targets, item.library), key=lambda new: (new == name, new))
     text = names.renamed(old, changes)
