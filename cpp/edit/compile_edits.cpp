@@ -146,7 +146,7 @@ class EditsBuilder {
       if (const auto quad = make_quad(exit.quad, space_.centre, extent))
         e.exits.push_back(read_exit(exit, *quad, e.entry.area));
       else
-        warnings_.push_back({exit.quad.name, "this exit has no area: it sends out nothing"});
+        warnings_.push_back({exit.quad.name, "this quad has no area: it sends out nothing"});
     if (d.exits.empty()) warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
     return e;
   }
