@@ -17,12 +17,12 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
-    arrivals, compat, core, edit_list, edit_panels, engine, gizmos, layers, native_panels, operators, overlay, panels, presets, properties, renaming,
-    statistics, translations,
+    arrivals, compat, core, edit_list, edit_panels, engine, gizmos, layers, native_panels, operators, overlay, panels, present, presets, properties,
+    renaming, statistics, translations,
 )
 
 _rooms = (translations, properties, operators, presets, panels, edit_panels, edit_list, layers, native_panels, engine, arrivals, overlay, gizmos,
-          renaming, statistics)
+          renaming, present, statistics)
 
 
 @bpy.app.handlers.persistent

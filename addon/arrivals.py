@@ -17,7 +17,7 @@ _NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sa
 
 def ask(depsgraph, data, matrix):
     """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
-    context = export.Context(Names(data.collections, data.objects))
+    context = export.Context(Names(data.collections, data.objects, data.worlds))
     matrix = compat.matrix(matrix)
     camera = {"name": _PLACE, "kind": 'Orthographic', "matrix": matrix, "ortho_scale": 1.0, "sensor_fit": 'Horizontal',
               "sensor_width": 36.0, "sensor_height": 36.0, "clip_start": 0.0, "clip_end": 1.0, "aperture_radius": 0.0}

@@ -3,6 +3,8 @@
 
 Functions take the Blender objects they ask, so tests run both branches with fakes. `bpy` is imported only where a name must be
 looked up in it."""
+import functools
+
 import numpy as np
 
 
@@ -117,3 +119,17 @@ def active_first(items, index):
 def is_bpy_module(bpy):
     """True where Blender is a Python module rather than a program: its engine classes must be gone before exit."""
     return not getattr(bpy.app, "binary_path", "") or getattr(bpy.app, "module", False)
+
+
+def modifier_inputs(modifier):
+    """The values that a geometry nodes modifier gives its group, where this Blender tells them."""
+    try:
+        return list(modifier.values())
+    except TypeError:
+        return []
+
+
+@functools.cache
+def has_session_ids(bpy):
+    """Do datablocks bear a number that stays theirs while Blender runs (4.1)?"""
+    return "session_uid" in bpy.types.ID.bl_rna.properties

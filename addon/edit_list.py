@@ -50,7 +50,7 @@ class SLUICE_UL_edits(bpy.types.UIList):
         split.prop(item, "name", text="", emboss=False)
         if not is_narrow(context.region):
             split.label(text=edit.expression)
-        row.label(text="", icon='ERROR' if is_wrong else statistics.icon(statistics.of(item.name)))
+        row.label(text="", icon='ERROR' if is_wrong else statistics.icon(statistics.of(item.name_full)))
         row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
 
 

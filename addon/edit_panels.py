@@ -5,7 +5,7 @@ import functools
 
 import bpy
 
-from . import core, operators, presets, statistics, translations, words
+from . import core, names, operators, present, presets, statistics, translations, words
 from .panels import Panel, is_narrow, sentence
 
 
@@ -17,17 +17,20 @@ class Checked:
 
 
 @functools.lru_cache(maxsize=256)
-def check(text, names, language, is_layer=False):
-    """Of an edit or of a layer. Kept, since panels are drawn many times a second."""
+def check(text, here, language, is_layer=False, elsewhere=frozenset()):
+    """Of an edit or of a layer. `here`: names of the scene; `elsewhere`: of what is in the file alone. Kept, since panels are drawn
+    many times a second."""
+    absent = sorted(elsewhere & names.names_in(text))
     try:
         module = core.load()
-        found = (module.check_layer_expression if is_layer else module.check_expression)(text, list(names))
+        found = (module.check_layer_expression if is_layer else module.check_expression)(text, [*here, *absent])
         told = words.tell(core.load().parse(text), language)
     except ValueError as error:
         return Checked(column=getattr(error, "column", None), error=str(error))
     except core.CoreMissing as missing:
         return Checked(error=str(missing))
-    return Checked(found.get("side"), told[0].upper() + told[1:], tuple(found["warnings"]))
+    not_here = (f"'{name}' is in this file, but not in this scene" for name in absent)
+    return Checked(found.get("side"), told[0].upper() + told[1:], (*found["warnings"], *not_here))
 
 
 class SLUICE_OT_explain_figures(bpy.types.Operator):
@@ -59,9 +62,8 @@ class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
 
 
 def known_names():
-    """Every name an expression may use."""
-    worlds = (world.name for world in bpy.data.worlds)
-    return tuple(sorted({*bpy.data.objects.keys(), *bpy.data.collections.keys(), *worlds}))
+    """Every name an expression may use in this scene."""
+    return present.known(bpy.context).here
 
 
 def language():
@@ -87,7 +89,8 @@ def _draw_expression(layout, region, edit):
 
 def draw_checked(layout, region, edit, is_layer=False):
     """The field `expression` of an edit or of a layer, and what is to be said of it. False: it is none."""
-    found = check(edit.expression, known_names(), language(), is_layer)
+    known = present.known(bpy.context)
+    found = check(known.homes.read(edit.expression, edit.id_data.library), known.here, language(), is_layer, known.elsewhere)
     row = layout.row()
     row.use_property_split = False  # expressions are long: the whole width
     row.alert = found.error is not None or bool(found.warnings)
@@ -153,7 +156,7 @@ def _draw_entry(layout, region, item):
     edit = item.sluice
     body = layout.column()
     body.active = edit.enabled
-    found = statistics.of(item.name) if _draw_expression(body, region, edit) else None
+    found = statistics.of(item.name_full) if _draw_expression(body, region, edit) else None
     _draw_figures(body, region, found)
     _draw_arrivals(body, found)
     body.separator()

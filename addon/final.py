@@ -57,7 +57,7 @@ def update(engine, data, depsgraph):
 
 def _copy_scene(engine, data, depsgraph, job):
     scene = depsgraph.scene_eval
-    context = export.Context(Names(data.collections, data.objects), cancelled=engine.test_break)
+    context = export.Context(Names(data.collections, data.objects, data.worlds), cancelled=engine.test_break)
     job.warnings = context.warnings
     camera_object = engine.camera_override or scene.camera
     if camera_object is None:
@@ -70,6 +70,8 @@ def _copy_scene(engine, data, depsgraph, job):
         job.settings = for_preview(job.settings)
     job.description = export.export_scene(depsgraph, camera, frame, context)
     job.description["layers"] = passes.export_layers(depsgraph.view_layer_eval)
+    for layer in job.description["layers"]:
+        layer["expression"] = context.names.homes.read(layer["expression"], scene.original.library)
     job.passes = passes.all_passes(job.description["layers"])
 
 

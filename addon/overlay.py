@@ -40,7 +40,7 @@ def _looks(item, scene):
     """(colour, strength, dashed) of an edit's Empty."""
     entry = operators.entry_of(item)
     alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
-    found = statistics.of(entry.name) if alive else None
+    found = statistics.of(entry.name_full) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
     return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.acted
 

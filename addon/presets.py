@@ -9,27 +9,31 @@ from bl_ui.utils import PresetPanel
 from bpy.props import EnumProperty, StringProperty
 
 from . import compat, kinds, names, operators
-from .export.names import local_names, own_names
+from .export.names import Homes
 
 SUBDIR = "sluice/expression"
 
 _items = []  # Blender keeps no copies of an enumeration's strings
 
 
+def _homes():
+    return Homes(bpy.data.objects, bpy.data.collections, bpy.data.worlds)
+
+
 def _nouns(_self, context):
     """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh. Blender lists them by the alphabet."""
-    scene, found, local = context.scene, [], local_names(bpy.data.objects)
+    scene, found, homes = context.scene, [], _homes()
     for item in sorted(scene.objects, key=lambda item: item.name_full):
-        name = own_names(item, local)[0]
+        name = homes.own(item)[0]
         if item.type == 'LIGHT':
             found.append(("L", name, "a lamp", 'LIGHT'))
         elif item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
             found.append(("F", name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
         elif item.type in {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}:
             found += [("S", name, "mirrored or refracted", 'OBJECT_DATA'), ("D", name, "scattered", 'OBJECT_DATA')]
-    found += [("X", item.name, "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
+    found += [("X", homes.own(item)[0], "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
-        found.append(("L", scene.world.name, "the world", 'WORLD'))
+        found.append(("L", homes.own(scene.world)[0], "the world", 'WORLD'))
     found = {f"{kind}:{name}": (f"{name}, {told}: {kind}{names.quoted([name])}", icon) for kind, name, told, icon in found}
     items = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(found.items())] or [("", "Nothing to name", "")]
     if items != _items:  # strings that Blender may still show live on
@@ -104,7 +108,8 @@ class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
     @staticmethod
     def _named(context):
         """The name of a thing that is selected beside the edit."""
-        return next((item.name for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE'), "")
+        chosen = (item for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE')
+        return next((_homes().own(item)[0] for item in chosen), "")
 
 
 class SLUICE_OT_load_expression(OnEntry, bpy.types.Operator):

@@ -1,19 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expressions follow the names of things: whoever renames an object, a light, a collection, a world or an edit finds the new name in
-the expressions of edits and layers.
+"""Expressions follow what they name: whoever renames an object, a light, a collection, a world or an edit, copies it with its edits,
+appends, overrides or makes it local finds the new name in the expressions of edits and layers.
 
-Blender tells nobody that something was renamed, so who bears each name is remembered and looked at after each change of the scene.
+Blender tells nobody of that, so what each name means is remembered and looked at after each change of the scene.
 No undo step is made: undoing the rename brings back both names, and a step in between is followed again."""
+from collections import namedtuple
+
 import bpy
 
-from . import handlers, names
+from . import compat, copies, handlers, names
+from .export.names import Homes
 
 _HOMES = ("objects", "collections", "worlds")
 _NOTICE_SECONDS = 6.0
+_LOOK_SECONDS = 0.3
 
-_bearers = {}   # (home, name in some expression) -> identity of what bears it
-_past = {}      # old name -> (home, identity) of what was renamed
-_seen = None    # number of objects when names were remembered; None: an expression changed
+# What holds expressions, an entry or a scene: the path of its library, its stem, its expressions, {name in them: [_Meant]}
+_Owner = namedtuple("_Owner", "library stem texts meanings")
+# A thing that a name means, what it looks like, and whether it is in the owner's scene, not in an instance alone
+_Meant = namedtuple("_Meant", "identity look is_here")
+
+_owners = {}    # identity -> _Owner
+_places = {}    # where an owner or what a name means was found -> its identity
+_known = None   # identities of all that can be named; None: nobody looked yet
+_past = {}      # old name -> identity of what was renamed
+_copied = {}    # (place of an owner, expression it was copied with) -> the expression of its own
+_seen = None    # how many there were of each kind; None: an expression changed
 
 
 def expression_changed():
@@ -23,78 +35,162 @@ def expression_changed():
 
 
 def _identity(item):
-    """What stays when a datablock is renamed, and through undo. An address alone may be another's after a deletion."""
-    unique = getattr(item, "session_uid", None)  # 4.1
-    data = getattr(item, "data", None)
-    return unique or (item.as_pointer(), getattr(item, "type", ""), data.as_pointer() if data else 0)
+    """What stays when a datablock is renamed or made local, and through undo. An address alone may be another's after a deletion."""
+    if compat.has_session_ids(bpy):
+        return item.session_uid
+    if not isinstance(item, bpy.types.Object):
+        return item.as_pointer()
+    data = item.data
+    return item.as_pointer(), item.type, data.as_pointer() if data else 0
 
 
-def _local(home, name):
-    """A datablock of this file; those of libraries keep their names."""
-    return getattr(bpy.data, home).get((name, None))
+def _kind(item):
+    return {"Collection": "collections", "World": "worlds", "Scene": "scenes"}.get(item.bl_rna.identifier, "objects")
 
 
-def _expressions():
-    """Whatever holds an expression that can be written."""
+def _place(item):
+    return _kind(item), item.name, item.library and item.library.filepath
+
+
+def _at(place):
+    kind, name, library = place
+    return getattr(bpy.data, kind).get((name, library))
+
+
+def _holders():
+    """(entry or scene, what of it holds an expression)."""
     for item in bpy.data.objects:
-        if item.type == 'EMPTY' and item.sluice.role == 'ENTRY' and (item.library is None):
-            yield item.sluice
+        if item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
+            yield item, item.sluice
     for scene in bpy.data.scenes:
-        if scene.library is None:
-            for layer in scene.view_layers:
-                yield from layer.sluice.layers
+        for layer in scene.view_layers:
+            for light_layer in layer.sluice.layers:
+                yield scene, light_layer
 
 
 def _count():
-    return tuple(len(getattr(bpy.data, home)) for home in _HOMES)
+    return tuple(len(getattr(bpy.data, kind)) for kind in (*_HOMES, "scenes"))
 
 
-def _remember():
-    global _seen
-    _seen = _count()
-    used = {name for owner in _expressions() for name in names.names_in(owner.expression)}
-    found = {(home, name): _local(home, name) for home in _HOMES for name in used}
-    _bearers.clear()
-    _bearers.update({key: _identity(item) for key, item in found.items() if item is not None})
+class _File:
+    """All that can be named, as it is now."""
+
+    def __init__(self):
+        kinds = [getattr(bpy.data, kind) for kind in _HOMES]
+        self.homes = Homes(*kinds)
+        self.items, self._called = {}, {}
+        for item in (item for kind in kinds for item in kind):
+            self.items[_identity(item)] = item
+            for name in (item.name,) if item.library is None else (item.name, item.name_full):
+                self._called.setdefault(name, []).append(item)
+
+    def meant(self, name, library):
+        """What a name means in an expression of `library`."""
+        homes, called = self.homes.meant(name, library), self._called.get(name, [])
+        return [item for item in called if not homes or item.library in homes]
+
+    def old(self, arrivals):
+        return [item for item in self.items.values() if item not in arrivals]
+
+    def called(self, targets, library):
+        """Names that mean these things and, where there are such names, nothing else."""
+        return [item.name if set(self.meant(item.name, library)) <= targets else item.name_full for item in targets]
 
 
-def _find(home, identity):
-    return next((item for item in getattr(bpy.data, home) if item.library is None and _identity(item) == identity), None)
+def _remember(file):
+    global _known, _seen
+    _known, _seen = set(file.items), _count()
+    _owners.clear()
+    _places.clear()
+    for item, group in _holders():
+        identity = _identity(item)
+        owner = _owners.setdefault(identity, _Owner(_place(item)[2], copies.stem(item.name), set(), {}))
+        owner.texts.add(group.expression)
+        _places[_place(item)] = identity
+        scenes = copies.scenes_of(item)
+        for name in names.names_in(group.expression):
+            meant = file.meant(name, item.library)
+            owner.meanings[name] = [_seen_as(other, scenes) for other in meant]
+            _places.update((_place(other), _identity(other)) for other in meant)
+    for name in [name for name, identity in _past.items() if identity not in file.items]:
+        del _past[name]
 
 
-def _changes():
-    """{old name: the names to write instead} of what bears another name now."""
-    changes = {}
-    for (home, name), identity in _bearers.items():
-        item = _find(home, identity) if _local(home, name) is None else None  # one that took its place is meant from now on
-        if item is not None:
-            _past[name] = (home, identity)
-            others = any(_local(other, name) is not None for other in _HOMES)  # bear the name too: then all are meant
-            changes[name] = [item.name, name] if others else [item.name]
-    for name, (home, identity) in list(_past.items()):  # undo may bring back an expression of before the renaming
-        item = _find(home, identity)
-        if item is None:
-            del _past[name]
-        elif name not in changes and all(_local(other, name) is None for other in _HOMES):
-            changes[name] = [item.name]
-    return changes
+def _seen_as(other, scenes):
+    return _Meant(_identity(other), copies.look(other), bool(scenes & copies.scenes_of(other)))
 
 
-def follow(*_):
-    """Looks whether something was renamed. Cheap while nothing was: a few names are asked."""
-    lost = any((item := _local(*key)) is None or _identity(item) != identity for key, identity in _bearers.items())
-    if not lost and _seen == _count():
+def _meant_before(name, item, text, is_moved, file):
+    """What a name in an owner's expression meant before the change that moved the owner here or renamed what it names: [_Meant]."""
+    owner, library = _owners.get(_identity(item)), item.library
+    if owner is None and is_moved and item.override_library is not None:
+        library = item.override_library.reference.library
+    elif owner is None and is_moved:  # it says what the one says that it was made of
+        alike = [other for other in _owners.values() if other.stem == copies.stem(item.name) and text in other.texts]
+        owner = min(alike, key=lambda other: other.library is not None, default=None)
+    if owner is not None and owner.meanings.get(name):
+        return owner.meanings[name]
+    meant = file.meant(name, library)
+    if not meant and _past.get(name) in file.items:  # undo may bring back an expression of before the renaming
+        meant = [file.items[_past[name]]]
+    return [_seen_as(other, copies.scenes_of(item)) for other in meant]
+
+
+def _stand_in(meant, name, item, is_moved, file, arrivals):
+    """What stands now where something stood for an owner: what was made of it together with the owner, or instead of it in the owner's
+    scene; what took its name from it; else itself, or None: it is gone."""
+    other, scenes, copy = file.items.get(meant.identity), copies.scenes_of(item), None
+    if other is not None:
+        copy = copies.override_of(other, file.items.values() if item.override_library is not None else arrivals)
+    if copy is None and arrivals:
+        copy = copies.of(meant.look, arrivals - {other}, file.old(arrivals), scenes)
+    if copy is not None:
+        is_together = is_moved and other not in arrivals
+        has_left = other is None or not scenes & copies.scenes_of(other)
+        is_instead = (meant.is_here or _owners.get(_identity(item)) is None) and scenes & copies.scenes_of(copy) and has_left
+        if is_together or is_instead and (other is not None or not file.meant(name, item.library)):
+            return copy
+    if other is None or is_moved or other.name == name or other.library is not None:
+        return other
+    took = [new for new in file.meant(name, item.library) if _kind(new) == _kind(other)]
+    if not took:
+        _past[name] = _identity(other)
+    return took[0] if took else other
+
+
+def follow(is_undone=False):
+    """Looks whether what is named was renamed or copied. Cheap while nothing was: a few names are asked."""
+    is_lost = any((item := _at(place)) is None or _identity(item) != identity for place, identity in _places.items())
+    if not is_lost and _seen == _count():
         return
-    changes = _changes()
-    told = []
-    for owner in _expressions() if changes else ():
-        text = names.renamed(owner.expression, changes)
-        if text != owner.expression:
-            told.append(f"{owner.expression} is now {text}")
-            owner.expression = text
-    _remember()
+    file = _File()
+    # After undo all may lie at other addresses
+    arrivals = set() if is_undone or _known is None else {item for identity, item in file.items.items() if identity not in _known}
+    told = [line for item, group in _holders() if item.library is None for line in _follow_in(item, group, file, arrivals, is_undone)]
+    _remember(file)
     if told:
         notice(f"Renamed in {len(told)} expression{'s' if len(told) > 1 else ''}: {told[0]}")
+
+
+def _follow_in(item, group, file, arrivals, is_undone):
+    """Writes the names that an expression needs now; [what to tell of it]."""
+    owner, old, changes = _owners.get(_identity(item)), group.expression, {}
+    is_moved = bool(arrivals) if owner is None else owner.library != _place(item)[2]
+    for name in names.names_in(old):
+        meant = _meant_before(name, item, old, is_moved, file)
+        targets = {_stand_in(other, name, item, is_moved, file, arrivals) for other in meant} - {None}
+        if targets and targets != set(file.meant(name, item.library)):
+            changes[name] = sorted(file.called(targets, item.library), key=lambda new: (new == name, new))
+    text = names.renamed(old, changes)
+    if text != old and is_moved:
+        _copied[_place(item), old] = text
+    again = _copied.get((_place(item), old), old) if is_undone else old  # as redo leaves it: the step of the copy was made before
+    if again != old and all(file.meant(name, item.library) for name in names.names_in(again)):
+        text = again
+    if text == old:
+        return []
+    group.expression = text
+    return [f"{old} is now {text}"]
 
 
 def notice(text):
@@ -119,27 +215,46 @@ def _scene_changed(*_):
         follow()
 
 
+def _look():
+    """Blender tells of no update after some copies, Full Copy of a scene among them."""
+    _scene_changed()
+    return _LOOK_SECONDS
+
+
+@bpy.app.handlers.persistent
+def _render_begins(*_):
+    if bpy.app.background:  # scripts render what they have just made
+        follow()
+
+
 @bpy.app.handlers.persistent
 def _undone(*_):
     expression_changed()
-    _scene_changed()
+    if not bpy.app.is_job_running('RENDER'):
+        follow(is_undone=True)
 
 
 @bpy.app.handlers.persistent
 def _file_loaded(*_):
-    _bearers.clear()
     _past.clear()
-    _remember()
+    _copied.clear()
+    _undone()
 
 
-_handlers = {"depsgraph_update_post": _scene_changed, "undo_post": _undone, "redo_post": _undone, "load_post": _file_loaded}
+_handlers = {"depsgraph_update_post": _scene_changed, "save_pre": _scene_changed, "render_init": _render_begins, "undo_post": _undone,
+             "redo_post": _undone, "load_post": _file_loaded}
 
 
 def register():
     handlers.add(_handlers)
+    if not bpy.app.background:
+        bpy.app.timers.register(_look, first_interval=_LOOK_SECONDS, persistent=True)
 
 
 def unregister():
+    global _known
+    _known = None
     handlers.remove(_handlers)
-    if bpy.app.timers.is_registered(_clear_notice):
-        bpy.app.timers.unregister(_clear_notice)
+    for timer in (_look, _clear_notice):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)

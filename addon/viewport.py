@@ -55,7 +55,8 @@ def update(engine, context, depsgraph):
     try:
         view = engine.view = engine.view or View()
         kind = changes.THINGS if view.description is None else changes.of(depsgraph)
-        names = Names(context.blend_data.collections, context.blend_data.objects)
+        data = context.blend_data
+        names = Names(data.collections, data.objects, data.worlds)
         if kind == changes.THINGS or kind == changes.EDITS and not _copy_edits(view, depsgraph, names):
             _copy_all(view, depsgraph, names)
         if view.session is not None and view.base is not None and _may_start_over(view):

@@ -57,7 +57,7 @@ def export_scene(depsgraph, camera_description, frame, context):
     world = {"name": "", "material": -1}
     if scene.world is not None:
         context.materials.append(material.export_world(scene.world, context.images, context.warn))
-        world = {"name": scene.world.name, "material": len(context.materials) - 1}
+        world = {"name": context.names.of_world(scene.world.original), "material": len(context.materials) - 1}
     return {
         "meshes": meshes, "instances": instances, "lights": lights, "materials": context.materials,
         "images": context.images.images, "world": world, "camera": camera_description, "frame": frame,

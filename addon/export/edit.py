@@ -19,11 +19,11 @@ def export_edits(objects, context, solo=None):
 
 
 def _export_entry(item, context):
-    edit = item.sluice
+    edit, original, names = item.sluice, item.original, context.names
     return {
-        "entry": _export_quad(item), "expression": edit.expression, "enabled": edit.enabled, "repeat": edit.repeat,
-        "amount": edit.amount, "feather": edit.feather, "exits": [],
-        "collections": [name for name in context.names.of(item.original) if name != item.name],
+        "entry": _export_quad(item), "expression": names.homes.read(edit.expression, original.library), "enabled": edit.enabled,
+        "repeat": edit.repeat, "amount": edit.amount, "feather": edit.feather, "exits": [],
+        "collections": [name for name in names.of(original) if name != original.name_full],
     }
 
 
@@ -53,6 +53,6 @@ def _export_exit(item, context):
 
 def _export_quad(item):
     return {
-        "name": item.original.name, "matrix": compat.matrix(item.matrix_world),
+        "name": item.original.name_full, "matrix": compat.matrix(item.matrix_world),
         "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": item.sluice.order,
     }

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import compat
 from . import light as light_export
+from .instancers import Instancers
 
 # Kinds of data that make a picture elsewhere and none here
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
@@ -16,19 +17,21 @@ _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not
 def export_objects(depsgraph, context):
     """(meshes, instances, lights) of all that is visible. A mesh is exported once, however many instances share it."""
     meshes, instances, lights = [], [], []
-    mesh_indices = {}
+    mesh_indices, instancers = {}, Instancers()
     for count, instance in enumerate(depsgraph.object_instances):  # an instance must not be kept past its step
         if count % 256 == 0:
             context.check_cancel()
         item = instance.object
-        if instance.is_instance and item.type == 'EMPTY' and item.original.sluice.role != 'NONE':
+        makers = instancers.of(instance) if instance.is_instance else ()
+        if makers and item.type == 'EMPTY' and item.original.sluice.role != 'NONE':
             context.warn(item.original.name, "an edit inside a collection instance is ignored; put it in the scene itself")
         if not (instance.show_self or instance.is_instance):
             continue
         if not instance.is_instance:
             _warn_of_hair(item, context)
         if item.type == 'LIGHT':
-            lights.append(light_export.export_light(item, instance.matrix_world, _names(instance, context), context.warn))
+            names = context.names.of_instance(item.original, *makers)
+            lights.append(light_export.export_light(item, instance.matrix_world, names, context.warn))
         elif item.type == 'MESH' and item.data is not None:
             mesh = item.data
             index = mesh_indices.get(mesh)
@@ -36,7 +39,8 @@ def export_objects(depsgraph, context):
                 context.check_cancel()
                 index = mesh_indices[mesh] = _append_mesh(mesh, meshes)
             if index >= 0:
-                instances.append(_export_instance(instance, index, context))
+                names = context.names.of_instance(item.original, *makers)
+                instances.append(_export_instance(instance, index, names, context))
         elif item.type in _SKIPPED:
             context.warn(item.original.name, _SKIPPED[item.type])
     return meshes, instances, lights
@@ -98,21 +102,14 @@ def _colors(mesh, loops, vertices):
     return colors
 
 
-def _names(instance, context):
-    original = instance.object.original
-    if not instance.is_instance:
-        return context.names.of(original)
-    return context.names.of_instance(original, instance.parent.original if instance.parent else None)
-
-
-def _export_instance(instance, mesh_index, context):
+def _export_instance(instance, mesh_index, names, context):
     item = instance.object
     camera, shadow = item.visible_camera, item.visible_shadow
     if instance.is_instance and instance.parent:  # the instancer's switches hold for what it makes (as in Cycles)
         camera, shadow = camera and instance.parent.visible_camera, shadow and instance.parent.visible_shadow
     random_id = instance.random_id if instance.is_instance else name_hash(item.original.name)
     return {
-        "names": _names(instance, context),
+        "names": names,
         "mesh": mesh_index,
         "matrix": compat.matrix(instance.matrix_world),
         "materials": [context.material_index(found) for found in _materials(item)],

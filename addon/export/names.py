@@ -1,54 +1,88 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The names an object answers to in expressions: its own, those of its collections and of the collections around them."""
+"""The names a thing answers to in expressions: its own, those of its collections and of the collections around them, and those of all
+that instances it."""
+from ..names import names_in, renamed
 
 
-def local_names(objects):
-    """Names that objects of this file bear."""
-    return {item.name for item in objects if item.library is None}
+class Homes:
+    """Where each name is at home: in this file (None) or in libraries. Kinds of things share their names, as in expressions."""
+
+    def __init__(self, *kinds):
+        self._full = {}  # name -> {library: its name as Blender tells it}
+        for items in kinds:
+            for item in items:
+                self._full.setdefault(item.name, {})[item.library] = item.name if item.library is None else item.name_full
+
+    def own(self, item):
+        """Its name, and with its library as Blender tells it: "Egg", "Egg [shelf.blend]". The first alone would mean what this file has
+        of that name."""
+        hidden = item.library is not None and None in self._full.get(item.name, ())
+        return [item.name_full] if hidden else list(dict.fromkeys((item.name, item.name_full)))
+
+    def meant(self, name, library=None):
+        """{library: full name} of the things that a name means in an expression of `library`: those of that file, else of the files that
+        it links, else of this file, else all."""
+        full = self._full.get(name, {})
+        below = {other: told for other, told in full.items() if library is not None and _links(library, other)}
+        return {library: full[library]} if library in full else below or ({None: full[None]} if None in full else full)
+
+    def read(self, text, library=None):
+        """An expression of `library`, its names as this file tells them."""
+        changes = {}
+        for name in names_in(text):
+            meant = self.meant(name, library)
+            if None not in meant and len(self._full.get(name, ())) > 1:
+                changes[name] = list(meant.values())
+        return renamed(text, changes)
 
 
-def own_names(item, local):
-    """Its name, and with its library as Blender tells it: "Egg", "Egg [shelf.blend]". The first alone would mean the object of this file
-    where that has the same name (`local`)."""
-    return [item.name_full] if item.library is not None and item.name in local else list(dict.fromkeys((item.name, item.name_full)))
+def _links(library, other):
+    """Did `other` come into this file through `library`?"""
+    while other is not None and other != library:
+        other = other.parent
+    return other is not None
 
 
 class Names:
-    """Walks the file's collections once. `collections`: every collection but the scenes' own roots; `objects`: all there are."""
+    """Walks the file's collections once. `collections`: every collection but the scenes' own roots; the others: all there are."""
 
-    def __init__(self, collections=(), objects=()):
-        self._local = local_names(objects)
-        self._of_object = {}
-        parents = {}
+    def __init__(self, collections=(), objects=(), worlds=()):
         collections = list(collections)
+        self.homes = Homes(objects, collections, worlds)
+        self._of_object = {}
+        self._of_chain = {}
+        parents = {}
         for collection in collections:
             for child in collection.children:
                 parents.setdefault(child.name_full, []).append(collection)
         for collection in collections:
-            around = _ancestors(collection, parents)
+            around = [name for item in _with_ancestors(collection, parents) for name in self.homes.own(item)]
             for item in collection.objects:
-                known = self._of_object.setdefault(item.name_full, [])
-                known.extend(name for name in around if name not in known)
+                known = self._of_object.setdefault(item.name_full, {})
+                known.update(dict.fromkeys(around))
 
     def of(self, original):
         """[own names, collections …] of an original (not evaluated) object."""
-        own = own_names(original, self._local)
-        return own + [name for name in self._of_object.get(original.name_full, ()) if name not in own]
+        return list(dict.fromkeys((*self.homes.own(original), *self._of_object.get(original.name_full, ()))))
 
-    def of_instance(self, original, instancer):
-        """An instance bears its original's names first; then those of the object that makes the instance."""
-        names = self.of(original)
-        if instancer is not None:
-            names += [name for name in self.of(instancer) if name not in names]
-        return names
+    def of_instance(self, original, *instancers):
+        """An instance bears its original's names first; then those of the objects that make it, the nearest first."""
+        chain = (original, *instancers)
+        if chain not in self._of_chain:
+            self._of_chain[chain] = list(dict.fromkeys(name for item in chain for name in self.of(item)))
+        return self._of_chain[chain]
+
+    def of_world(self, world):
+        """A world bears one name: with its library where something else has the first."""
+        return self.homes.own(world)[0] if len(self.homes.meant(world.name)) < 2 else world.name_full
 
 
-def _ancestors(collection, parents):
-    """Names of a collection and of all that hold it, nearest first. A collection may have several parents."""
-    names, queue = [], [collection]
+def _with_ancestors(collection, parents):
+    """A collection and all that hold it, nearest first. A collection may have several parents."""
+    found, queue = {}, [collection]
     while queue:
         item = queue.pop(0)
-        if item.name not in names:
-            names.append(item.name)
+        if item.name_full not in found:
+            found[item.name_full] = item
             queue.extend(parents.get(item.name_full, ()))
-    return names
+    return found.values()

@@ -37,12 +37,12 @@ double extent_of(std::span<const EditDescription> edits, Box box) {
   return box.isEmpty() ? 0 : (box.max - box.min).length();
 }
 
-// Names of the edit's quads that are refused.
+// Names of the edit's quads that are refused. An exit may have no area: it sends nothing, as its light goes to 0 with its area.
 std::vector<std::string> refused_quads(const EditDescription& edit, double extent) {
   std::vector<std::string> names;
-  for_each_quad(edit, [&](const QuadDescription& q) {
-    if (!make_quad(q, V3d(0), extent)) names.push_back(q.name);
-  });
+  if (!make_quad(edit.entry, V3d(0), extent)) names.push_back(edit.entry.name);
+  for (const ExitDescription& exit : edit.exits)
+    if (!is_finite(exit.quad)) names.push_back(exit.quad.name);
   return names;
 }
 
@@ -142,14 +142,18 @@ class EditsBuilder {
     e.feather = checked(d.feather, 0, 1, 0, e.name, "feather", warnings_);
     e.is_partial = e.amount < 1 || e.feather > 0;
     e.entry = *make_quad(d.entry, space_.centre, extent);
-    for (const ExitDescription& exit : d.exits) e.exits.push_back(read_exit(exit, e.entry.area, extent));
+    for (const ExitDescription& exit : d.exits)
+      if (const auto quad = make_quad(exit.quad, space_.centre, extent))
+        e.exits.push_back(read_exit(exit, *quad, e.entry.area));
+      else
+        warnings_.push_back({exit.quad.name, "this quad has no area: it sends out nothing"});
     if (d.exits.empty()) warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
     return e;
   }
 
-  Exit read_exit(const ExitDescription& d, double entry_area, double extent) {
+  Exit read_exit(const ExitDescription& d, const Quad& quad, double entry_area) {
     Exit x;
-    x.quad = *make_quad(d.quad, space_.centre, extent);
+    x.quad = quad;
     x.name = d.quad.name;
     x.intensity = checked(d.intensity, 0, max_intensity, 1, x.name, "intensity", warnings_);
     x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);

@@ -77,10 +77,13 @@ std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& descriptio
   return corners;
 }
 
+bool is_finite(const QuadDescription& description) noexcept {
+  return quad_corners(description) && is_finite(row(description.matrix, 2)) && std::isfinite(description.offset) && std::isfinite(description.half_size);
+}
+
 std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre, double extent) {
-  const auto corners = quad_corners(description);
+  if (!is_finite(description)) return std::nullopt;
   const V3d z = row(description.matrix, 2);
-  if (!corners || !is_finite(z) || !std::isfinite(description.offset) || !std::isfinite(description.half_size)) return std::nullopt;
 
   Quad q;
   const double s = std::abs(description.half_size);

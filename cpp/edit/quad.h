@@ -47,6 +47,9 @@ inline constexpr double least_cosine = 1e-6;
 // World corners, (0,0) (1,0) (0,1) (1,1); empty for numbers that are not finite, or beyond 1e15.
 [[nodiscard]] std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& description) noexcept;
 
+// Such numbers throughout.
+[[nodiscard]] bool is_finite(const QuadDescription& description) noexcept;
+
 // Empty also for an area below 1e-12 extent². Not floated yet.
 [[nodiscard]] std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre, double extent);
 

@@ -89,7 +89,7 @@ def export_now():
 
     def run():
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        context = export.Context(Names(bpy.data.collections, bpy.data.objects))
+        context = export.Context(Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds))
         frame = export_frame(64, 48, bpy.context.scene.render)
         return export.export_scene(depsgraph, {}, frame, context), context.warnings
 

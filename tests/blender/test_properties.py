@@ -131,6 +131,26 @@ def test_quads_follow_parents_and_drivers(new_object, export_now):
         assert out["intensity"] == pytest.approx(x, abs=1e-5)
 
 
+def test_an_exit_that_grows_from_nothing(new_object, export_now):
+    """By its own scale and by its parent's: numbers throughout, so that the core sees no area and not no place."""
+    entry, parent, exits = new_object("Entry"), new_object("Parent"), [new_object(name) for name in ("One", "Two")]
+    entry.sluice.role = 'ENTRY'
+    for item in exits:
+        item.sluice.role, item.sluice.entry = 'EXIT', entry
+    exits[1].parent = parent
+    for frame, size in ((1, 0.0), (11, 1.0)):
+        for item in (exits[0], parent):
+            item.location, item.scale = (1, 2, 3), (size,) * 3
+            item.keyframe_insert("location", frame=frame)
+            item.keyframe_insert("scale", frame=frame)
+    for frame, size in ((1, 0), (11, 1)):
+        bpy.context.scene.frame_set(frame)
+        edit, = export_now()[0]["edits"]
+        for out in edit["exits"]:
+            assert out["quad"]["matrix"][:3, :3].tolist() == [[size, 0, 0], [0, size, 0], [0, 0, size]]
+            assert out["quad"]["matrix"][:3, 3].tolist() == [1, 2, 3]
+
+
 def test_scene_settings_can_be_animated(export_now):
     from sluice.export.settings import export_settings
     scene = bpy.context.scene

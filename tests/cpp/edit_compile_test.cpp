@@ -37,17 +37,17 @@ TEST(CompileEdits, WhatIsOffLeavesNoTrace) {
   EditDescription off = whole("Off", "this is no expression", 5, {100, 100, 100});
   off.enabled = false;
   EditDescription flat = whole("Flat", "L.*S'Floor'", 7, {-500, 0, 0});
-  flat.exits[0].quad.matrix = placed({1, 0, 0}, {2, 0, 0}, {0, 0, 1}, V3d(0));
+  flat.entry.matrix = placed({1, 0, 0}, {2, 0, 0}, {0, 0, 1}, V3d(0));
   EditDescription broken = whole("Broken", "LD", 9);
-  broken.entry.matrix[3][0] = std::nan("");
+  broken.exits[0].quad.matrix[3][0] = std::nan("");
   const TestEdits alone(one, entities), among({off, one[0], flat, broken}, entities);
   expect_same(alone.edits, among.edits);
   EXPECT_EQ(among.edits[0].description, 1u);
   EXPECT_TRUE(alone.warnings.empty());
   ASSERT_EQ(among.warnings.size(), 2u);
-  EXPECT_EQ(among.warnings[0].item, "Flat exit");
-  EXPECT_NE(among.warnings[0].message.find("'Flat'"), std::string::npos);
-  EXPECT_EQ(among.warnings[1].item, "Broken");
+  EXPECT_EQ(among.warnings[0].item, "Flat");
+  EXPECT_EQ(among.warnings[1].item, "Broken exit");
+  EXPECT_NE(among.warnings[1].message.find("'Broken'"), std::string::npos);
   const Box bounds = quad_bounds(std::vector<EditDescription>{off, one[0], flat, broken}, {});
   EXPECT_EQ(bounds.min, V3d(-1, -1, 0));
   EXPECT_EQ(bounds.max, V3d(4, 1, 0));
@@ -81,6 +81,35 @@ TEST(CompileEdits, AnEntryWithoutExitsAbsorbsAndSaysSoOnce) {
   ASSERT_EQ(edits.warnings.size(), 1u);
   EXPECT_EQ(edits.warnings[0].item, "A");
   EXPECT_TRUE(edits.edits[0].exits.empty());
+}
+
+// An exit that grows: its flux is its share of the entry's area, from nothing on, and the entry stays what it is.
+TEST(CompileEdits, AnExitWithoutAreaSendsNothing) {
+  const auto grown = [](double x, double y) {
+    EditDescription e = whole("A", "L", 0);
+    e.exits[0].quad.matrix = placed({x, 0, 0}, {0, y, 0}, {0, 0, x}, {3, 0, 0});
+    e.exits.push_back(exit_at("Other", at({0, 3, 0}), 2));
+    return TestEdits({e}, entities);
+  };
+  const TestEdits full = grown(1, 1);
+  for (const auto& [x, y] : {std::pair(0.0, 0.0), {0.0, 1.0}, {1.0, 0.0}, {1e-30, 1e-30}}) {
+    const TestEdits none = grown(x, y);
+    ASSERT_EQ(none.edits.size(), 1);
+    ASSERT_EQ(none.edits[0].exits.size(), 1u);
+    EXPECT_EQ(none.edits[0].exits[0].name, "Other");
+    EXPECT_EQ(none.edits[0].entry.area, full.edits[0].entry.area);
+    ASSERT_EQ(none.warnings.size(), 1u);
+    EXPECT_EQ(none.warnings[0].item, "A exit");
+  }
+  for (const double scale : {1e-5, 1e-3, 0.1, 1.0, 10.0}) {
+    const TestEdits some = grown(scale, scale);
+    EXPECT_TRUE(some.warnings.empty());
+    ASSERT_EQ(some.edits[0].exits.size(), 2u);
+    const auto passage = some.edits.forward(0, 0, {0.5, 0.5}, {0, 0, -1});
+    ASSERT_TRUE(passage);
+    EXPECT_NEAR(passage->gain.x / (scale * scale), 1, 1e-6);
+    EXPECT_EQ(passage->direction, V3f(0, 0, -1));
+  }
 }
 
 TEST(CompileEdits, UnknownNamesAreWarnedKnownOnesAreNot) {

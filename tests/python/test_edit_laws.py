@@ -125,6 +125,27 @@ def test_light_lands_where_the_exit_is(way, lamp):
     check_direct(scene, got, upwards(lamp))
 
 
+def test_an_exit_grows_from_nothing():
+    """Light at the exit is its share of the entry's area, from none on; what the entry takes is the sun's light on it, in every frame."""
+    scene, _ = floor_scene("sun")
+    scene.edit("L", ENTRY, [exit_at((0.45, -0.3, 0), (0.3, 0, 0), (0, 0.3, 0))])
+    grown, taken = scene.description["edits"][0]["exits"][0]["quad"], 3.0 / math.sqrt(1.2) * 0.6**2
+    matrix, frames, sent = np.array(grown["matrix"]), [], []
+    for scale in (0, 1e-12, 1e-4, 0.03, 0.3, 1):
+        grown["matrix"] = matrix @ np.diag([scale, scale, scale, 1])
+        r = render(scene, passes=PASSES, photons=PHOTONS)
+        edit, frames = r.edit(), [*frames, r]
+        assert edit["energy_in"] / PASSES == pytest.approx(taken, rel=2e-3)
+        if scale > 1e-6:  # an entry that sends nothing on is no target of photons: what it takes is known less well
+            sent.append(edit["energy_in"])
+            assert sent[-1] == pytest.approx(sent[0], rel=1e-5)
+        assert edit["energy_out"] == pytest.approx(edit["energy_in"] * (scale**2 if scale > 1e-6 else 0), rel=1e-5)
+        lit = (r["Edited"] @ LUMINANCE).sum() * (2 * scene.view / SIZE) ** 2 / (ALBEDO / math.pi)
+        assert lit == pytest.approx(edit["energy_out"] / PASSES, rel=0.05 if scale >= 0.03 else 0.5)
+        np.testing.assert_allclose(r["Direct"], frames[0]["Direct"], rtol=1e-5)
+        assert [item for item, _ in r.warnings] == ([grown["name"]] if scale < 1e-6 else [])
+
+
 @pytest.mark.parametrize("lamp", ["sun", "point"])
 def test_direct_light_through_a_gate_in_the_air(lamp):
     """An entry in mid-air: its shadow falls on the floor, and its light comes out of an exit elsewhere."""

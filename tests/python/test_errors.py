@@ -60,12 +60,22 @@ def test_bad_input(group):
 def test_bad_quads_leave_the_picture_of_no_edit():
     """An edit that is off for its quad changes no bit."""
     plain = render({**good(), "edits": []})
-    for name in ("quad without size", "quad placed at nan", "exit collapsed to a point", "offset inf"):
+    for name in ("quad without size", "quad placed at nan", "quad collapsed to a line", "offset inf"):
         d = good()
         CASES[name]["spoil"](d)
         done = render(d)
         assert any("Edit" in f"{item} {message}" for item, message in done.warnings)
         assert done.hash == plain.hash, name
+
+
+def test_an_exit_without_area_leaves_the_picture_of_no_exit():
+    """It sends nothing; its entry takes what it takes."""
+    absorbed, collapsed = good(), good()
+    absorbed["edits"][0]["exits"] = []
+    CASES["exit collapsed to a point"]["spoil"](collapsed)
+    pictures = [render(d)["Combined"] for d in (absorbed, collapsed, {**good(), "edits": []})]
+    np.testing.assert_allclose(pictures[1], pictures[0], rtol=1e-5)
+    assert not np.allclose(pictures[1], pictures[2], rtol=1e-2)
 
 
 def test_a_black_picture_reaches_no_error_target():

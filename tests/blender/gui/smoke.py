@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from session import OUT, area, build_scene, edits, main, show
+from session import OUT, area, build_scene, edits, in_view, main, show
 
 
 def steps():
@@ -41,7 +41,31 @@ def steps():
     yield "overlays_off"
     area('VIEW_3D').spaces.active.overlay.show_overlays = True
     yield from undo_steps()
+    yield from copied_scene_steps()
     yield from rendered_steps()
+
+
+def copied_scene_steps():
+    """Blender tells of no update after Full Copy; expressions follow all the same, and undo brings the first scene back as it was."""
+    first = bpy.context.window_manager.windows[0].scene
+    bpy.ops.ed.undo_push(message="before the copy")
+    with in_view():
+        bpy.ops.scene.new(type='FULL_COPY')
+    bpy.ops.ed.undo_push(message="copied")
+    name = first.name
+    yield None, 1.0
+    told = {item.sluice.expression for item in edits() if item.sluice.role == 'ENTRY'}
+    assert told == {"LS'Egg'+", "LS'Egg.001'+"}, told
+    bpy.ops.ed.undo()
+    yield None, 1.0
+    told = [item.sluice.expression for item in edits() if item.sluice.role == 'ENTRY']
+    assert told == ["LS'Egg'+"] and [scene.name for scene in bpy.data.scenes] == [name], told
+    bpy.ops.ed.redo()
+    yield None, 1.0
+    told = {item.sluice.expression for item in edits() if item.sluice.role == 'ENTRY'}
+    assert told == {"LS'Egg'+", "LS'Egg.001'+"}, told
+    bpy.ops.ed.undo()
+    yield None, 1.0
 
 
 def undo_steps():

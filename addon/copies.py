@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which new thing was made of which old one: by Full Copy of a scene, Make Single User, duplicating, appending, Make Local, overriding.
+
+Blender tells it of overrides alone. The others show it by their names, "Egg" and "Egg.001", by the scene that they are in, and by what
+they are like."""
+import re
+from collections import namedtuple
+
+import bpy
+
+_NUMBER = re.compile(r"\.\d+$")
+
+
+def stem(name):
+    """Without the number by which Blender tells copies apart."""
+    return _NUMBER.sub("", name)
+
+
+def scenes_of(item):
+    """The scenes that an object, a collection, a world or a scene is in."""
+    if isinstance(item, bpy.types.Scene):
+        return {item}
+    if isinstance(item, bpy.types.Object):
+        return set(item.users_scene)
+    if isinstance(item, bpy.types.World):
+        return {scene for scene in bpy.data.scenes if scene.world == item}
+    return {scene for scene in bpy.data.scenes if item in scene.collection.children_recursive}
+
+
+# What is like it: the kind and the name without its number must be a copy's too; copies lie where the original lies, or hold the like
+Look = namedtuple("Look", "kind stem likeness")
+
+
+def look(item):
+    """To be kept, as what is made local may be gone when its copy is there."""
+    if isinstance(item, bpy.types.Object):
+        likeness = item.type, *(number for row in item.matrix_basis for number in row)
+    elif isinstance(item, bpy.types.Collection):
+        likeness = tuple(sorted(stem(other.name) for kind in (item.objects, item.children) for other in kind))
+    else:
+        likeness = ()
+    return Look(item.bl_rna.identifier, stem(item.name), likeness)
+
+
+def override_of(item, items):
+    """The one that overrides a linked `item`, or None."""
+    return next((new for new in items if new.override_library is not None and new.override_library.reference == item), None)
+
+
+def of(wanted, arrivals, rivals, scenes):
+    """The one of the new things that was made of what looked like `wanted`, best one in these scenes; None if none was. `rivals`: what
+    else there was."""
+    looks = {new: look(new) for new in arrivals if stem(new.name) == wanted.stem and new.library is None}
+    found = [new for new, seen in looks.items() if seen.kind == wanted.kind]
+    if found and wanted not in looks.values():  # made of an unknown one, as what is appended, but of none of the rivals
+        others = [look(rival) for rival in rivals if stem(rival.name) == wanted.stem]
+        found = [new for new in found if looks[new] not in others]
+    for is_better in (lambda new: scenes & scenes_of(new), lambda new: looks[new] == wanted):
+        found = list(filter(is_better, found)) or found
+    return min(found, key=lambda new: (len(new.name), new.name), default=None)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which objects make an instance. Blender tells the one in the scene alone, not those between: an instance of an instance of a
+collection. It lists instances depth first, each before those that it makes, with the numbers of the way to it."""
+
+_NONE = (0x7fffffff, -1)  # numbers behind the last one
+
+
+class Instancers:
+    """To be asked of every instance, in the order of the depsgraph."""
+
+    def __init__(self):
+        self._parent = None
+        self._open = []  # (way, original) of the instances that the last one lies in, outermost first, itself last
+        self._members = {}
+
+    def of(self, instance):
+        """The originals of the objects that make an instance, nearest first."""
+        if instance.parent is None:
+            return ()
+        parent, item, numbers = instance.parent.original, instance.object.original, instance.persistent_id
+        if numbers[1] in _NONE:
+            self._parent, self._open = parent, [((numbers[0],), item)]
+            return (parent,)
+        way = tuple(number for number in reversed(numbers) if number not in _NONE)
+        if parent != self._parent:
+            self._parent, self._open = parent, []
+        while self._open and not self._makes(*self._open[-1], way, item):
+            self._open.pop()
+        chain = [parent, *(maker for _way, maker in self._open)]
+        chain += self._unseen(chain[-1], way[len(self._open[-1][0]) if self._open else 0:])
+        self._open.append((way, item))
+        return tuple(reversed(chain))
+
+    def _makes(self, start, maker, way, item):
+        """Does `maker`, itself an instance that `start` leads to, make what `way` leads to?"""
+        last = len(start) - 1
+        if len(way) <= last + 1 or way[:last] != start[:last]:
+            return False
+        if maker.instance_type == 'COLLECTION':
+            inner = way[last + 1:]
+            return way[last] - start[last] in (0, 1) and (len(inner) > 1 or self._member(maker, inner[0]) == item)
+        # Geometry nodes count an instance and what it makes apart
+        return way[last] - start[last] in (0, 1) and (maker.instance_type != 'NONE' or bool(maker.modifiers))
+
+    def _unseen(self, maker, inner):
+        """Instances of collections that Blender passes over although they make others, as those that do not show themselves."""
+        found = []
+        while len(inner) > 1 and maker.instance_type == 'COLLECTION':
+            maker, inner = self._member(maker, inner[0]), inner[1:]
+            if maker is None:
+                break
+            found.append(maker)
+        return found
+
+    def _member(self, maker, number):
+        collection = maker.instance_collection
+        if collection not in self._members:
+            self._members[collection] = list(collection.all_objects) if collection is not None else []
+        members = self._members[collection]
+        return members[number] if number < len(members) else None

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which names expressions can use: those that something in the scene answers to. Panels ask at each redraw, so they are kept until
+something happens that may change them."""
+from collections import namedtuple
+
+import bpy
+
+from . import compat, handlers
+from .export.names import Names
+
+Known = namedtuple("Known", "homes here elsewhere")  # here: names in the scene; elsewhere: of things that are in the file alone
+
+_known = {}  # (scene, numbers of things) -> Known
+
+
+def known(context):
+    """What names mean in the scene that the artist looks at."""
+    data = bpy.data
+    key = (context.scene.name_full, len(data.objects), len(data.collections), len(data.worlds))
+    if key not in _known:
+        _known.clear()
+        _known[key] = _find(context.scene)
+    return _known[key]
+
+
+def _find(scene):
+    names = Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds)
+    here = {name for item in _objects(scene) for name in names.of(item)}
+    around = [*scene.collection.children_recursive, *([scene.world] if scene.world is not None else [])]
+    here.update(name for item in around for name in names.homes.own(item))
+    things = (item for kind in (bpy.data.objects, bpy.data.collections, bpy.data.worlds) for item in kind)
+    return Known(names.homes, tuple(sorted(here)), frozenset(name for item in things for name in names.homes.own(item)) - here)
+
+
+def _objects(scene):
+    """The scene's objects and all that they instance."""
+    found, queue = set(), list(scene.objects)
+    while queue:
+        item = queue.pop()
+        if item in found:
+            continue
+        found.add(item)
+        for thing in _instanced(item):
+            queue.extend([thing] if isinstance(thing, bpy.types.Object) else thing.all_objects)
+    return found
+
+
+def _instanced(item):
+    """Objects and collections that an object may make instances of."""
+    things = [item.instance_collection] if item.instance_type == 'COLLECTION' else []
+    for system in item.particle_systems:
+        things += [system.settings.instance_object, system.settings.instance_collection]
+    for modifier in item.modifiers:
+        if modifier.type == 'NODES' and modifier.node_group is not None:
+            things += [*compat.modifier_inputs(modifier), *_in_nodes(modifier.node_group, set())]
+    return [thing for thing in things if isinstance(thing, (bpy.types.Object, bpy.types.Collection))]
+
+
+def _in_nodes(tree, seen):
+    """What the sockets of a tree and of the groups in it hold."""
+    seen.add(tree)
+    for node in tree.nodes:
+        yield from (getattr(socket, "default_value", None) for socket in node.inputs)
+        group = getattr(node, "node_tree", None)
+        if group is not None and group not in seen:
+            yield from _in_nodes(group, seen)
+
+
+def _only_moves(update):
+    return isinstance(update.id, bpy.types.Object) and update.is_updated_transform and not update.is_updated_geometry
+
+
+@bpy.app.handlers.persistent
+def _scene_changed(_scene, depsgraph=None):
+    if depsgraph is None or not all(map(_only_moves, depsgraph.updates)):
+        _known.clear()
+
+
+@bpy.app.handlers.persistent
+def _forget(*_):
+    _known.clear()
+
+
+_handlers = {"depsgraph_update_post": _scene_changed, "undo_post": _forget, "redo_post": _forget, "load_post": _forget}
+
+
+def register():
+    handlers.add(_handlers)
+
+
+def unregister():
+    handlers.remove(_handlers)
+    _known.clear()
