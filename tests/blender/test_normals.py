@@ -8,15 +8,6 @@ import pytest
 from mathutils import Matrix
 
 
-@pytest.fixture(scope="module")
-def core():
-    from sluice import core as door
-    try:
-        return door.load()
-    except door.CoreMissing as missing:
-        pytest.skip(str(missing))
-
-
 def _smooth(item, flags=True):
     count = len(item.data.polygons)
     item.data.polygons.foreach_set("use_smooth", np.resize(flags, count))
