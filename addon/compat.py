@@ -25,23 +25,33 @@ def set_pass_rect(render_pass, pixels):
         render_pass.rect.foreach_set(pixels.reshape(-1, channels))
 
 
+def vertex_normals_race(mesh):
+    """Whether Blender adds up this mesh's smooth normals on threads that race, so that they differ in their last bits from one time to the
+    next: before 4.1, unless Auto Smooth asks for normals fan by fan, each of which one thread makes."""
+    return not hasattr(mesh, "corner_normals") and not mesh.use_auto_smooth
+
+
 def split_normals(mesh, loop_count):
-    """Custom or auto-smooth normals of a mesh, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
+    """Blender's own normals, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
     normals = np.empty(loop_count * 3, np.float32)
     if hasattr(mesh, "corner_normals"):  # 4.1
         if mesh.normals_domain == 'FACE':
             return None
         mesh.corner_normals.foreach_get("vector", normals)
         return normals.reshape(-1, 3)
-    if not mesh.has_custom_normals:
-        smooth = np.empty(len(mesh.polygons), bool)
-        mesh.polygons.foreach_get("use_smooth", smooth)
-        if not smooth.any():
-            return None
+    if not (mesh.use_auto_smooth and mesh.has_custom_normals) and not smooth_polygons(mesh).any():
+        return None
     mesh.calc_normals_split()
     mesh.loops.foreach_get("normal", normals)
     mesh.free_normals_split()
     return normals.reshape(-1, 3)
+
+
+def smooth_polygons(mesh):
+    """One bool per polygon."""
+    smooth = np.empty(len(mesh.polygons), bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    return smooth
 
 
 def matrix(blender_matrix):

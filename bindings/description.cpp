@@ -118,6 +118,11 @@ MeshDescription read_mesh(Reader& r) {
   r.rows<float>("positions", m.positions);
   r.rows<std::uint32_t>("triangles", m.triangles);
   r.rows<float>("normals", m.normals);
+  r.part("polygons", [&](Reader& p) {
+    p.rows<std::uint32_t>("corners", m.polygons.corners), p.rows<std::uint32_t>("starts", m.polygons.starts);
+    p.rows<std::uint32_t>("sizes", m.polygons.sizes), p.rows<std::uint8_t>("smooth", m.polygons.smooth);
+    p.rows<std::uint32_t>("of_triangles", m.polygons.of_triangles);
+  });
   r.rows<std::uint16_t>("material_slots", m.material_slots);
   r.list("uv_maps", m.uv_maps, [](Reader& layer) {
     UvMap map;

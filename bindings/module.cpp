@@ -5,15 +5,31 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <cstring>
+
 #include "bindings/description.h"
 #include "edit/accepts.h"
 #include "edit/automaton.h"
 #include "render/report.h"
+#include "scene/normals.h"
 
 namespace py = pybind11;
 using namespace sluice;
 
 namespace {
+
+// Through a scene of this mesh alone, so that it is read and checked as each is.
+py::array_t<float> shading_normals(const py::dict& mesh) {
+  py::dict scene;
+  scene["meshes"] = py::make_tuple(mesh);
+  MeshDescription read = std::move(read_description(scene).meshes.front());
+  check_mesh(read);
+  make_normals(read);
+  const py::ssize_t count = static_cast<py::ssize_t>(read.normals.size());
+  py::array_t<float> normals({count, py::ssize_t{3}});
+  if (count > 0) std::memcpy(normals.mutable_data(), read.normals.data(), read.normals.size() * sizeof(V3f));
+  return normals;
+}
 
 // ValueErrors with .item and .column, whose types live as long as the module.
 struct ErrorTypes {
@@ -211,6 +227,8 @@ PYBIND11_MODULE(sluice_core, m) {
           const Expression expression = parse_expression(text);
           return tree_of(expression, expression.root);
         }, py::arg("text"), "The syntax tree as nested tuples: ('atom', negated, ((letter, names), …)), ('sequence', …), ('choice', …), ('repeat', node, min, max or None).");
+
+  m.def("shading_normals", &shading_normals, py::arg("mesh"), "One row per corner of a triangle of a mesh's description, as renders take them; none if it is flat.");
 
   py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session", py::module_local(), "One render: start, poll, read pictures.")
       .def(py::init<>())

@@ -37,7 +37,7 @@ def export_objects(depsgraph, context):
             index = mesh_indices.get(mesh)
             if index is None:
                 context.check_cancel()
-                index = mesh_indices[mesh] = _append_mesh(mesh, meshes)
+                index = mesh_indices[mesh] = _append_mesh(item, meshes)
             if index >= 0:
                 names = context.names.of_instance(item.original, *makers)
                 instances.append(_export_instance(instance, index, names, context))
@@ -46,17 +46,18 @@ def export_objects(depsgraph, context):
     return meshes, instances, lights
 
 
-def _append_mesh(mesh, meshes):
-    """Index of the exported mesh, -1 if it has no faces."""
-    description = export_mesh(mesh)
+def _append_mesh(item, meshes):
+    """Index of the exported mesh of an object, -1 if it has no faces."""
+    description = export_mesh(item.data, is_metaball=item.original.type == 'META')
     if description is None:
         return -1
     meshes.append(description)
     return len(meshes) - 1
 
 
-def export_mesh(mesh):
-    """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat."""
+def export_mesh(mesh, is_metaball=False):
+    """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat, or if the
+    core can make them of the polygons; those of metaballs come from their field."""
     mesh.calc_loop_triangles()
     triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
     if triangle_count == 0:
@@ -68,13 +69,15 @@ def export_mesh(mesh):
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
-    normals = compat.split_normals(mesh, loop_count)
+    from_polygons = compat.vertex_normals_race(mesh) and not is_metaball
+    normals = None if from_polygons else compat.split_normals(mesh, loop_count)
     size = np.array(mesh.texspace_size, np.float32)
     return {
         "name": mesh.name,
         "positions": compat.vertex_positions(mesh),
         "triangles": triangles.astype(np.uint32).reshape(-1, 3),
         "normals": np.empty((0, 3), np.float32) if normals is None else normals[loops],
+        "polygons": _polygons(mesh, loop_count, triangle_count) if from_polygons else {},
         "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
         "uv_maps": _uv_maps(mesh, loops, loop_count),
         "colors": _colors(mesh, loops, triangles),
@@ -82,6 +85,26 @@ def export_mesh(mesh):
         "texture_origin": np.array(mesh.texspace_location, np.float32) - size,
         "texture_size": 2 * size,
     }
+
+
+def _polygons(mesh, loop_count, triangle_count):
+    """A PolygonDescription, empty if every face is flat."""
+    smooth = compat.smooth_polygons(mesh)
+    if not smooth.any():
+        return {}
+    return {
+        "corners": _integers(mesh.loops, "vertex_index", loop_count),
+        "starts": _integers(mesh.polygons, "loop_start", len(smooth)),
+        "sizes": _integers(mesh.polygons, "loop_total", len(smooth)),
+        "smooth": smooth.view(np.uint8),
+        "of_triangles": _integers(mesh.loop_triangles, "polygon_index", triangle_count),
+    }
+
+
+def _integers(items, name, count):
+    values = np.empty(count, np.int32)  # Blender's own type: copied as a whole
+    items.foreach_get(name, values)
+    return values.view(np.uint32)
 
 
 def _uv_maps(mesh, loops, loop_count):

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What makes no sense in a description: nothing in it is trusted. Messages say what was found and what was expected.
+#include <algorithm>
+
+#include "scene/normals.h"
 #include "scene/parts.h"
 
 namespace sluice {
@@ -18,18 +21,21 @@ void expect_index(int index, std::size_t size, const std::string& item, const st
          what + ": index " + std::to_string(index) + " into a list of " + std::to_string(size));
 }
 
-void check_mesh(const MeshDescription& mesh) {
-  constexpr std::size_t most = 0xfffffff0u / 3;  // triangles and vertices are 32-bit numbers
-  const std::size_t triangles = mesh.triangles.size(), corners = 3 * triangles;
-  expect(triangles < most && mesh.positions.size() < most, mesh.name, "more than 1.4 billion triangles or vertices");
-  for (const auto& triangle : mesh.triangles)
-    for (const std::uint32_t index : triangle)
-      if (index >= mesh.positions.size())  // the words are made only if they are needed: triangles are many
-        throw SceneError(mesh.name, "a triangle names vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
-  if (!mesh.normals.empty()) expect_size(mesh.normals.size(), corners, mesh.name, "normals");
-  if (!mesh.material_slots.empty()) expect_size(mesh.material_slots.size(), triangles, mesh.name, "material slots");
-  for (const UvMap& map : mesh.uv_maps) expect_size(map.corners.size(), corners, mesh.name, "UV map \"" + map.name + "\"");
-  for (const ColorAttribute& layer : mesh.colors) expect_size(layer.corners.size(), corners, mesh.name, "colour attribute \"" + layer.name + "\"");
+void check_polygons(const MeshDescription& mesh) {
+  const PolygonDescription& polygons = mesh.polygons;
+  const std::size_t count = polygons.starts.size();
+  if (count == 0) return;
+  expect_size(polygons.sizes.size(), count, mesh.name, "sizes of polygons");
+  expect_size(polygons.smooth.size(), count, mesh.name, "smooth flags of polygons");
+  expect_size(polygons.of_triangles.size(), mesh.triangles.size(), mesh.name, "polygons of triangles");
+  const auto beyond = [](const std::vector<std::uint32_t>& indices, std::size_t size) {
+    return std::any_of(indices.begin(), indices.end(), [&](std::uint32_t index) { return index >= size; });
+  };
+  expect(!beyond(polygons.corners, mesh.positions.size()), mesh.name, "a polygon names a vertex beyond the " + std::to_string(mesh.positions.size()) + " there are");
+  expect(!beyond(polygons.of_triangles, count), mesh.name, "a triangle names a polygon beyond the " + std::to_string(count) + " there are");
+  bool fits = true;
+  for (std::size_t i = 0; i < count; ++i) fits = fits && std::size_t{polygons.starts[i]} + polygons.sizes[i] <= polygons.corners.size();
+  expect(fits, mesh.name, "a polygon reaches beyond the " + std::to_string(polygons.corners.size()) + " corners there are");
 }
 
 void check_frame(const FrameDescription& frame) {
@@ -63,6 +69,21 @@ void check_camera(const CameraDescription& camera) {
 }
 
 }  // namespace
+
+void check_mesh(const MeshDescription& mesh) {
+  constexpr std::size_t most = 0xfffffff0u / 3;  // triangles and vertices are 32-bit numbers
+  const std::size_t triangles = mesh.triangles.size(), corners = 3 * triangles;
+  expect(triangles < most && mesh.positions.size() < most, mesh.name, "more than 1.4 billion triangles or vertices");
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t index : triangle)
+      if (index >= mesh.positions.size())  // the words are made only if they are needed: triangles are many
+        throw SceneError(mesh.name, "a triangle names vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
+  if (!mesh.normals.empty()) expect_size(mesh.normals.size(), corners, mesh.name, "normals");
+  check_polygons(mesh);
+  if (!mesh.material_slots.empty()) expect_size(mesh.material_slots.size(), triangles, mesh.name, "material slots");
+  for (const UvMap& map : mesh.uv_maps) expect_size(map.corners.size(), corners, mesh.name, "UV map \"" + map.name + "\"");
+  for (const ColorAttribute& layer : mesh.colors) expect_size(layer.corners.size(), corners, mesh.name, "colour attribute \"" + layer.name + "\"");
+}
 
 bool is_finite(const M44d& matrix) noexcept {
   for (int row = 0; row < 4; ++row)

@@ -2,6 +2,7 @@
 // Leaves out triangles that no ray can meet sensibly (vertices that are not finite, no area) and attributes that are not numbers.
 #include <set>
 
+#include "scene/normals.h"
 #include "scene/parts.h"
 
 namespace sluice {
@@ -41,6 +42,7 @@ std::size_t replace_non_finite(std::vector<V>& values) {
 
 void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings, const CancelPoint& cancel) {
   cancel();
+  make_normals(mesh, cancel);
   std::vector<Fault> faults(mesh.triangles.size());
   std::size_t not_finite = 0, no_area = 0;
   for (std::size_t i = 0; i < faults.size(); ++i) {

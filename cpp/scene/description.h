@@ -26,11 +26,21 @@ struct ColorAttribute {
   std::vector<Color> corners;  // linear, three per triangle
 };
 
+// The polygons that triangles were cut from; smooth normals are made of them. No polygons: the mesh is flat, or brings its normals.
+struct PolygonDescription {
+  std::vector<std::uint32_t> corners;       // vertices, as indices into positions
+  std::vector<std::uint32_t> starts;        // per polygon: where its corners begin
+  std::vector<std::uint32_t> sizes;         // per polygon: how many they are
+  std::vector<std::uint8_t> smooth;         // per polygon: 0 = flat
+  std::vector<std::uint32_t> of_triangles;  // per triangle: its polygon
+};
+
 struct MeshDescription {
   std::string name;
   std::vector<V3f> positions;                           // object space
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into positions
-  std::vector<V3f> normals;                             // shading normals, three per triangle; empty = flat
+  std::vector<V3f> normals;                             // shading normals, three per triangle; empty = from polygons
+  PolygonDescription polygons;
   std::vector<std::uint16_t> material_slots;            // per triangle; empty = slot 0
   std::vector<UvMap> uv_maps;                           // the first is the active-render one
   std::vector<ColorAttribute> colors;                   // the first is the active-render one

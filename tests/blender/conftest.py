@@ -25,6 +25,16 @@ def empty_file():
     bpy.context.scene.render.engine = 'SLUICE'
 
 
+@pytest.fixture(scope="module")
+def core():
+    """The real core's module."""
+    from sluice import core as door
+    try:
+        return door.load()
+    except door.CoreMissing as missing:
+        pytest.skip(str(missing))
+
+
 @pytest.fixture
 def fake_core(monkeypatch):
     """The stand-in core, as the add-on's core module for one test."""

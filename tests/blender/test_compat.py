@@ -55,9 +55,10 @@ class _Old:
 
     has_custom_normals, made = False, False
 
-    def __init__(self, smooth):
+    def __init__(self, smooth, auto):
         self.polygons = _Values(use_smooth=smooth)
         self.loops = _Values(normal=np.arange(9))
+        self.use_auto_smooth = auto
 
     def calc_normals_split(self):
         self.made = True
@@ -74,13 +75,20 @@ class _New:
 
 
 def test_normals():
-    assert compat.split_normals(_Old([False, False]), 3) is None
+    assert compat.split_normals(_Old([False, False], True), 3) is None
     assert compat.split_normals(_New('FACE'), 3) is None
-    for mesh in (_Old([False, True]), _New('CORNER')):
+    for mesh in (_Old([False, True], True), _New('CORNER')):
         np.testing.assert_array_equal(compat.split_normals(mesh, 3), np.arange(9).reshape(3, 3))
-    custom = _Old([False])
+    custom = _Old([False], True)
     custom.has_custom_normals = True
     assert compat.split_normals(custom, 3) is not None and not custom.made
+    custom.use_auto_smooth = False  # Blender 3 heeds them with Auto Smooth alone
+    assert compat.split_normals(custom, 3) is None
+
+
+def test_where_normals_race():
+    assert compat.vertex_normals_race(_Old([True], auto=False))
+    assert not compat.vertex_normals_race(_Old([True], auto=True)) and not compat.vertex_normals_race(_New('POINT'))
 
 
 def test_matrices_have_their_rows_together():

@@ -11,15 +11,6 @@ from test_final import _channels, write_layers
 PARTS = ("Direct", "Caustics", "Edited", "Indirect", "Emission")
 
 
-@pytest.fixture(scope="module")
-def core():
-    from sluice import core as door
-    try:
-        return door.load()
-    except door.CoreMissing as missing:
-        pytest.skip(str(missing))
-
-
 @pytest.fixture
 def room(core, camera, new_object, cube_mesh):
     """A floor under a lamp with a glass ball, an edit that moves direct light aside; small and quick."""

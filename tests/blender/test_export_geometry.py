@@ -26,11 +26,13 @@ def _expected(mesh):
 def _check_mesh(found, mesh):
     positions, vertices, normals, uvs = _expected(mesh)
     assert found["positions"].dtype == np.float32 and found["triangles"].dtype == np.uint32
-    assert all(array.flags.c_contiguous for array in (found["positions"], found["triangles"], found["normals"]))
+    assert all(array.flags.c_contiguous for array in (found["positions"], found["triangles"], found["normals"], *found["polygons"].values()))
     np.testing.assert_array_equal(found["positions"], np.array(positions, np.float32))
     np.testing.assert_array_equal(found["triangles"].ravel(), vertices)
     if len(found["normals"]):
         np.testing.assert_array_equal(found["normals"], np.array(normals, np.float32))
+    elif found["polygons"]:  # the core makes them: test_normals.py
+        _check_polygons(found["polygons"], mesh)
     else:  # flat: each corner's normal is its triangle's
         p = np.array(positions)[np.array(vertices).reshape(-1, 3)]
         flat = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -39,6 +41,14 @@ def _check_mesh(found, mesh):
     assert [layer["name"] for layer in found["uv_maps"]] and {layer["name"] for layer in found["uv_maps"]} == set(uvs)
     for layer in found["uv_maps"]:
         np.testing.assert_array_equal(layer["corners"], np.array(uvs[layer["name"]], np.float32))
+
+
+def _check_polygons(found, mesh):
+    np.testing.assert_array_equal(found["corners"], [loop.vertex_index for loop in mesh.loops])
+    np.testing.assert_array_equal(found["starts"], [polygon.loop_start for polygon in mesh.polygons])
+    np.testing.assert_array_equal(found["sizes"], [polygon.loop_total for polygon in mesh.polygons])
+    np.testing.assert_array_equal(found["smooth"], [polygon.use_smooth for polygon in mesh.polygons])
+    np.testing.assert_array_equal(found["of_triangles"], [triangle.polygon_index for triangle in mesh.loop_triangles])
 
 
 def _evaluated(item):
@@ -62,7 +72,7 @@ def test_mesh_equals_blenders_own(new_object, cube_mesh, export_now, shading):
         item.modifiers.clear()
         mesh.normals_split_custom_set([(0.6, 0, 0.8)] * len(mesh.loops))
     found, = export_now()[0]["meshes"]
-    assert bool(len(found["normals"])) == (shading != "flat")
+    assert bool(len(found["normals"]) or found["polygons"]) == (shading != "flat")
     _check_mesh(found, _evaluated(item))
 
 

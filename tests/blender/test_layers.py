@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from test_core import core, picture, room  # noqa: F401  (fixtures)
+from test_core import picture, room  # noqa: F401  (fixtures)
 from test_final import _compositor, _save, edited_scene  # noqa: F401
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from mathutils import Matrix
-from test_core import core, room  # noqa: F401  (fixtures)
+from test_core import room  # noqa: F401  (fixtures)
 from windowless import Window
 
 

@@ -97,6 +97,8 @@ case("photons beyond integers", how="refused", says="photons", photons=2**33)(la
 spoil("vertex out of range", TRIANGLES, with_nan((1, 2), 4), how="fails", says=("vertex 4", "4"), item="Floor")
 spoil("vertex far out of range", TRIANGLES, with_nan((0, 0), 0xFFFFFFFF), how="fails", says="4294967295", item="Floor")
 spoil("normals too few", ("meshes", 0, "normals"), np.zeros((5, 3), np.float32), how="fails", says=("normals", "5", "6"), item="Floor")
+spoil("polygons of no sizes", ("meshes", 0, "polygons"), {"starts": np.zeros(2, np.uint32)}, how="fails", says=("sizes", "0", "2"), item="Floor")
+spoil("polygons a list", ("meshes", 0, "polygons"), [1], how="refused", says="dict", item="Floor")
 spoil("slots too many", ("meshes", 0, "material_slots"), np.zeros(3, np.uint16), how="fails", says=("slots", "3", "2"), item="Floor")
 spoil("UV map too short", ("meshes", 0, "uv_maps"), [{"name": "UV", "corners": np.zeros((1, 2), np.float32)}], how="fails", says="UV", item="Floor")
 spoil("colours too short", ("meshes", 0, "colors"), [{"name": "Col", "corners": np.zeros((1, 3), np.float32)}], how="fails", says="Col", item="Floor")
