@@ -10,7 +10,7 @@ namespace {
 
 // Radii are bounded by parts of the picture, for pictures so small that some pixels are much of them, and by parts of the distance to the camera:
 // else footprints would change too much along a disk.
-constexpr float most_of_picture = 1.0f / 16, most_of_distance = 0.4f;
+constexpr float most_of_picture = 1.0f / 16, most_soft_of_picture = 1.0f / 4, most_of_distance = 0.4f;
 // The kernel falls to 0 so many radii away (√1.5; density.h).
 constexpr float round_reach = 1.2247449f;
 // Positions are rounded to 2⁻²⁴ of their coordinates: far below this part of them photons of one surface would no longer share a disk (numerics D6).
@@ -33,11 +33,11 @@ V3d offset_of_lookup(const Photon& photon) noexcept {
 
 DiskBounds::DiskBounds(const Camera& camera, const FrameDescription& frame, const TransportSettings& settings) : camera_(camera), slope_(static_cast<float>(camera.footprint_slope())) {
   const float side = std::sqrt(static_cast<float>(frame.width) * static_cast<float>(frame.height));
-  const float most = most_of_picture * side, ever = slope_ > 0 ? most_of_distance / (round_reach * slope_) : infinity;
-  common_ = std::min({settings.caustic_radius_factor, most, ever});
+  const float ever = slope_ > 0 ? most_of_distance / (round_reach * slope_) : infinity;
+  common_ = std::min({settings.caustic_radius_factor, most_of_picture * side, ever});
   narrowest_ = common_ / settings.caustic_radius_range;
   widest_ = std::min(settings.caustic_radius_range * common_, ever);
-  widest_soft_ = std::max(widest_, std::min({settings.soft_range * widest_, most, ever}));
+  widest_soft_ = std::max(widest_, std::min({settings.soft_range * widest_, most_soft_of_picture * side, ever}));
 }
 
 float DiskBounds::footprint(const V3f& p) const noexcept { return static_cast<float>(camera_.footprint(V3d(p))); }
