@@ -47,8 +47,8 @@ def describe():
     return export.export_scene(depsgraph, export_camera(camera, camera.matrix_world, context.warn), frame, context), context.warnings
 
 
-def render(threads=2, seed=0, border=None):
-    """F12, small: {"film", "guide": hashes, "picture": Combined}."""
+def render(threads=2, seed=0, border=None, photons=5000):
+    """F12, small: {"film", "guide": hashes, "picture": Combined, "edited": what edits moved}."""
     from sluice import core
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 40, 30, 100
@@ -57,7 +57,7 @@ def render(threads=2, seed=0, border=None):
     if border:
         scene.render.border_min_x, scene.render.border_min_y, scene.render.border_max_x, scene.render.border_max_y = border
     ours = scene.sluice
-    ours.passes, ours.photons, ours.seed, ours.error_target, ours.time_limit = 4, 5000, seed, 0, 0
+    ours.passes, ours.photons, ours.seed, ours.error_target, ours.time_limit = 4, photons, seed, 0, 0
     made, new_session = [], core.new_session
     core.new_session = lambda: made.append(new_session()) or made[-1]
     try:
@@ -65,7 +65,8 @@ def render(threads=2, seed=0, border=None):
     finally:
         core.new_session = new_session
     session = made[-1]
-    return {"film": session.film_hash(), "guide": session.statistics()["guide_hash"], "picture": session.snapshot(["Combined"])["Combined"]}
+    pictures = session.snapshot(["Combined", "Edited"])
+    return {"film": session.film_hash(), "guide": session.statistics()["guide_hash"], "picture": pictures["Combined"], "edited": pictures["Edited"]}
 
 
 def hashes(path, exports=1, renders=1, threads=2):
