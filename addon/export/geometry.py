@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import compat
 from . import light as light_export
+from .racing import racing_modifier
 
 # Kinds of data that make a picture elsewhere and none here
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
@@ -35,6 +36,7 @@ def export_objects(depsgraph, context):
             if index is None:
                 context.check_cancel()
                 index = mesh_indices[mesh] = _append_mesh(item, meshes)
+                _warn_of_races(item, context)
             if index >= 0:
                 instances.append(_export_instance(instance, index, context))
         elif item.type in _SKIPPED:
@@ -65,7 +67,7 @@ def export_mesh(mesh, is_metaball=False):
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
-    from_polygons = compat.vertex_normals_race(mesh) and not is_metaball
+    from_polygons = compat.shades_by_racing_normals(mesh) and not is_metaball
     normals = None if from_polygons else compat.split_normals(mesh, loop_count)
     size = np.array(mesh.texspace_size, np.float32)
     return {
@@ -163,6 +165,13 @@ def _warn_of_hair(item, context):
         system = getattr(modifier, "particle_system", None)
         if system is not None and system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
             context.warn(item.original.name, f"hair is not rendered (particle system {system.name})")
+
+
+def _warn_of_races(item, context):
+    modifier = racing_modifier(item)
+    if modifier is not None:
+        context.warn(item.original.name, f"two renders may differ in their last bits: modifier {modifier.name} builds along normals that this "
+                                         "Blender adds up in no fixed order; Blender 4.1 and later do, or apply the modifier")
 
 
 def name_hash(name):
