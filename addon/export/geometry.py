@@ -60,10 +60,9 @@ def export_mesh(mesh, is_metaball=False):
     triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
     if triangle_count == 0:
         return None
-    triangles = np.empty(triangle_count * 3, np.int32)
-    loops = np.empty(triangle_count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    mesh.loop_triangles.foreach_get("loops", loops)
+    loops = _integers(mesh.loop_triangles, "loops", triangle_count * 3)
+    corners = _integers(mesh.loops, "vertex_index", loop_count)
+    triangles = corners[loops]  # asking each triangle for its vertices takes twice as long
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
@@ -73,9 +72,9 @@ def export_mesh(mesh, is_metaball=False):
     return {
         "name": mesh.name,
         "positions": compat.vertex_positions(mesh),
-        "triangles": triangles.astype(np.uint32).reshape(-1, 3),
+        "triangles": triangles.reshape(-1, 3),
         "normals": np.empty((0, 3), np.float32) if normals is None else normals[loops],
-        "polygons": _polygons(mesh, loop_count, triangle_count) if from_polygons else {},
+        "polygons": _polygons(mesh, corners) if from_polygons else {},
         "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
         "uv_maps": _uv_maps(mesh, loops, loop_count),
         "colors": _colors(mesh, loops, triangles),
@@ -85,17 +84,19 @@ def export_mesh(mesh, is_metaball=False):
     }
 
 
-def _polygons(mesh, loop_count, triangle_count):
+def _polygons(mesh, corners):
     """A PolygonDescription, empty if every face is flat."""
     smooth = compat.smooth_polygons(mesh)
     if not smooth.any():
         return {}
+    sizes = _integers(mesh.polygons, "loop_total", len(smooth))
     return {
-        "corners": _integers(mesh.loops, "vertex_index", loop_count),
+        "corners": corners,
         "starts": _integers(mesh.polygons, "loop_start", len(smooth)),
-        "sizes": _integers(mesh.polygons, "loop_total", len(smooth)),
+        "sizes": sizes,
         "smooth": smooth.view(np.uint8),
-        "of_triangles": _integers(mesh.loop_triangles, "polygon_index", triangle_count),
+        # a polygon of n corners is n - 2 triangles, and they come in its order
+        "of_triangles": np.repeat(np.arange(len(sizes), dtype=np.uint32), np.maximum(sizes, 2) - 2),
     }
 
 
