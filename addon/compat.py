@@ -25,10 +25,15 @@ def set_pass_rect(render_pass, pixels):
         render_pass.rect.foreach_set(pixels.reshape(-1, channels))
 
 
-def vertex_normals_race(mesh):
-    """Whether Blender adds up this mesh's smooth normals on threads that race, so that they differ in their last bits from one time to the
-    next: before 4.1, unless Auto Smooth asks for normals fan by fan, each of which one thread makes."""
-    return not hasattr(mesh, "corner_normals") and not mesh.use_auto_smooth
+def builds_on_racing_normals(mesh):
+    """Whether Blender adds up normals at vertices on threads that race, so that they differ in their last bits from one time to the next:
+    before 4.1."""
+    return not hasattr(mesh, "corner_normals")
+
+
+def shades_by_racing_normals(mesh):
+    """Whether those are what a mesh is shaded by: Auto Smooth makes its normals fan by fan, each of them on one thread."""
+    return builds_on_racing_normals(mesh) and not mesh.use_auto_smooth
 
 
 def split_normals(mesh, loop_count):

@@ -228,7 +228,8 @@ PYBIND11_MODULE(sluice_core, m) {
           return tree_of(expression, expression.root);
         }, py::arg("text"), "The syntax tree as nested tuples: ('atom', negated, ((letter, names), …)), ('sequence', …), ('choice', …), ('repeat', node, min, max or None).");
 
-  m.def("shading_normals", &shading_normals, py::arg("mesh"), "One row per corner of a triangle of a mesh's description, as renders take them; none if it is flat.");
+  m.def("shading_normals", &shading_normals, py::arg("mesh"),
+        "One row per corner of a triangle of a mesh's description, as renders take them; none if it is flat.");
 
   py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session", py::module_local(), "One render: start, poll, read pictures.")
       .def(py::init<>())

@@ -7,6 +7,7 @@ import numpy as np
 from .. import compat
 from . import light as light_export
 from .instancers import Instancers
+from .racing import racing_modifier
 
 # Kinds of data that make a picture elsewhere and none here
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
@@ -38,6 +39,7 @@ def export_objects(depsgraph, context):
             if index is None:
                 context.check_cancel()
                 index = mesh_indices[mesh] = _append_mesh(item, meshes)
+                _warn_of_races(item, context)
             if index >= 0:
                 names = context.names.of_instance(item.original, *makers)
                 instances.append(_export_instance(instance, index, names, context))
@@ -62,22 +64,21 @@ def export_mesh(mesh, is_metaball=False):
     triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
     if triangle_count == 0:
         return None
-    triangles = np.empty(triangle_count * 3, np.int32)
-    loops = np.empty(triangle_count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    mesh.loop_triangles.foreach_get("loops", loops)
+    loops = _integers(mesh.loop_triangles, "loops", triangle_count * 3)
+    corners = _integers(mesh.loops, "vertex_index", loop_count)
+    triangles = corners[loops]  # asking each triangle for its vertices takes twice as long
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
-    from_polygons = compat.vertex_normals_race(mesh) and not is_metaball
+    from_polygons = compat.shades_by_racing_normals(mesh) and not is_metaball
     normals = None if from_polygons else compat.split_normals(mesh, loop_count)
     size = np.array(mesh.texspace_size, np.float32)
     return {
         "name": mesh.name,
         "positions": compat.vertex_positions(mesh),
-        "triangles": triangles.astype(np.uint32).reshape(-1, 3),
+        "triangles": triangles.reshape(-1, 3),
         "normals": np.empty((0, 3), np.float32) if normals is None else normals[loops],
-        "polygons": _polygons(mesh, loop_count, triangle_count) if from_polygons else {},
+        "polygons": _polygons(mesh, corners) if from_polygons else {},
         "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
         "uv_maps": _uv_maps(mesh, loops, loop_count),
         "colors": _colors(mesh, loops, triangles),
@@ -87,17 +88,19 @@ def export_mesh(mesh, is_metaball=False):
     }
 
 
-def _polygons(mesh, loop_count, triangle_count):
+def _polygons(mesh, corners):
     """A PolygonDescription, empty if every face is flat."""
     smooth = compat.smooth_polygons(mesh)
     if not smooth.any():
         return {}
+    sizes = _integers(mesh.polygons, "loop_total", len(smooth))
     return {
-        "corners": _integers(mesh.loops, "vertex_index", loop_count),
+        "corners": corners,
         "starts": _integers(mesh.polygons, "loop_start", len(smooth)),
-        "sizes": _integers(mesh.polygons, "loop_total", len(smooth)),
+        "sizes": sizes,
         "smooth": smooth.view(np.uint8),
-        "of_triangles": _integers(mesh.loop_triangles, "polygon_index", triangle_count),
+        # a polygon of n corners is n - 2 triangles, and they come in its order
+        "of_triangles": np.repeat(np.arange(len(sizes), dtype=np.uint32), np.maximum(sizes, 2) - 2),
     }
 
 
@@ -160,6 +163,13 @@ def _warn_of_hair(item, context):
         system = getattr(modifier, "particle_system", None)
         if system is not None and system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
             context.warn(item.original.name, f"hair is not rendered (particle system {system.name})")
+
+
+def _warn_of_races(item, context):
+    modifier = racing_modifier(item)
+    if modifier is not None:
+        context.warn(item.original.name, f"two renders may differ in their last bits: modifier {modifier.name} builds along normals that this "
+                                         "Blender adds up in no fixed order; Blender 4.1 and later do, or apply the modifier")
 
 
 def name_hash(name):

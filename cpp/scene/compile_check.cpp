@@ -31,7 +31,8 @@ void check_polygons(const MeshDescription& mesh) {
   const auto beyond = [](const std::vector<std::uint32_t>& indices, std::size_t size) {
     return std::any_of(indices.begin(), indices.end(), [&](std::uint32_t index) { return index >= size; });
   };
-  expect(!beyond(polygons.corners, mesh.positions.size()), mesh.name, "a polygon names a vertex beyond the " + std::to_string(mesh.positions.size()) + " there are");
+  expect(!beyond(polygons.corners, mesh.positions.size()), mesh.name,
+         "a polygon names a vertex beyond the " + std::to_string(mesh.positions.size()) + " there are");
   expect(!beyond(polygons.of_triangles, count), mesh.name, "a triangle names a polygon beyond the " + std::to_string(count) + " there are");
   bool fits = true;
   for (std::size_t i = 0; i < count; ++i) fits = fits && std::size_t{polygons.starts[i]} + polygons.sizes[i] <= polygons.corners.size();

@@ -8,7 +8,7 @@ namespace {
 
 V3d direction(const V3d& v) noexcept {
   const double squared = v.length2();
-  return squared > 1e-35 ? v / std::sqrt(squared) : V3d(0);  // Blender's limit: what is shorter points nowhere
+  return squared <= 1e-35 ? V3d(0) : v * (1 / std::sqrt(squared));  // Blender's limit: what is shorter points nowhere. NaN stays
 }
 
 class Polygon {
@@ -19,9 +19,6 @@ class Polygon {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] std::uint32_t vertex(std::size_t corner) const noexcept { return first_[corner]; }
   [[nodiscard]] V3d at(std::size_t corner) const noexcept { return V3d(mesh_.positions[first_[corner]]); }
-  [[nodiscard]] bool is_finite() const noexcept {
-    return std::all_of(first_, first_ + size_, [&](std::uint32_t vertex) { return sluice::is_finite(mesh_.positions[vertex]); });
-  }
   // Newell's: that of the polygon's mean plane, bent or not. Without area it is +z, as in Blender.
   [[nodiscard]] V3d normal() const noexcept {
     V3d sum(0);
@@ -33,7 +30,7 @@ class Polygon {
       last = next;
     }
     const V3d n = direction(sum);
-    return n == V3d(0) ? V3d(0, 0, 1) : n;
+    return n == V3d(0) ? V3d(0, 0, 1) : n;  // not a number: one of its vertices is none
   }
 
  private:
@@ -52,7 +49,8 @@ void add_at_corners(const Polygon& polygon, const V3d& normal, std::vector<V3d>&
   V3d at = polygon.at(0), behind = direction(at - polygon.at(size - 1));
   for (std::size_t i = 0; i < size; ++i) {
     const V3d next = polygon.at(i + 1 < size ? i + 1 : 0), ahead = direction(next - at);
-    sums[polygon.vertex(i)] += normal * std::acos(std::clamp(-behind.dot(ahead), -1.0, 1.0));
+    const auto cosine = static_cast<float>(-behind.dot(ahead));
+    sums[polygon.vertex(i)] += normal * static_cast<double>(std::acos(std::clamp(cosine, -1.0f, 1.0f)));  // a weight need not be exact
     at = next, behind = ahead;
   }
 }
@@ -63,8 +61,9 @@ Normals add_up(const MeshDescription& mesh, const CancelPoint& cancel) {
   for (std::size_t i = 0; i < count; ++i) {
     cancel.at(i);
     const Polygon polygon(mesh, i);
-    if (polygon.size() < 3 || !polygon.is_finite()) continue;  // a vertex that is no number would spoil its neighbours
+    if (polygon.size() < 3) continue;
     const V3d normal = polygon.normal();
+    if (!is_finite(normal)) continue;  // a vertex that is no number would spoil its neighbours
     normals.of_polygons[i] = V3f(normal);
     add_at_corners(polygon, normal, normals.of_vertices);
   }

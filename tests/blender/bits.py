@@ -72,14 +72,14 @@ def render(threads=2, seed=0, border=None, photons=5000):
 def hashes(path, exports=1, renders=1, threads=2):
     """{"descriptions", "films", "guides"}: the different ones among so many, the file opened anew for each."""
     found = {"descriptions": set(), "films": set(), "guides": set()}
-    for _count in range(exports):
+    for count in range(max(exports, renders)):
         bpy.ops.wm.open_mainfile(filepath=str(path))
-        found["descriptions"].add(fingerprint(describe()))
-    for _count in range(renders):
-        bpy.ops.wm.open_mainfile(filepath=str(path))
-        made = render(threads)
-        found["films"].add(made["film"])
-        found["guides"].add(made["guide"])
+        if count < exports:
+            found["descriptions"].add(fingerprint(describe()))
+        if count < renders:
+            made = render(threads)
+            found["films"].add(made["film"])
+            found["guides"].add(made["guide"])
     return {kind: sorted(values) for kind, values in found.items()}
 
 

@@ -87,8 +87,9 @@ def test_normals():
 
 
 def test_where_normals_race():
-    assert compat.vertex_normals_race(_Old([True], auto=False))
-    assert not compat.vertex_normals_race(_Old([True], auto=True)) and not compat.vertex_normals_race(_New('POINT'))
+    old, auto, new = _Old([True], auto=False), _Old([True], auto=True), _New('POINT')
+    assert [compat.shades_by_racing_normals(mesh) for mesh in (old, auto, new)] == [True, False, False]
+    assert [compat.builds_on_racing_normals(mesh) for mesh in (old, auto, new)] == [True, True, False]
 
 
 def test_matrices_have_their_rows_together():

@@ -89,18 +89,35 @@ TEST(SceneNormals, DoNotSufferFromDistance) {
   for (const V3f& n : mesh.normals) EXPECT_NEAR((n - want).length(), 0, 1e-6);
 }
 
+void add_polygon(MeshDescription& mesh, const std::vector<std::uint32_t>& corners) {
+  PolygonDescription& polygons = mesh.polygons;
+  polygons.starts.push_back(static_cast<std::uint32_t>(polygons.corners.size()));
+  polygons.sizes.push_back(static_cast<std::uint32_t>(corners.size())), polygons.smooth.push_back(1);
+  polygons.corners.insert(polygons.corners.end(), corners.begin(), corners.end());
+}
+
 TEST(SceneNormals, OddPolygonsHarmNoOthers) {
-  MeshDescription mesh = with_polygons(grid(4));
-  const auto add = [&](std::vector<std::uint32_t> corners) {
-    mesh.polygons.starts.push_back(static_cast<std::uint32_t>(mesh.polygons.corners.size()));
-    mesh.polygons.sizes.push_back(static_cast<std::uint32_t>(corners.size())), mesh.polygons.smooth.push_back(1);
-    mesh.polygons.corners.insert(mesh.polygons.corners.end(), corners.begin(), corners.end());
-  };
-  mesh.positions.emplace_back(std::numeric_limits<float>::quiet_NaN(), 0, 0);
-  const auto bad = static_cast<std::uint32_t>(mesh.positions.size() - 1);
-  add({0, 1, bad}), add({0, 1}), add({}), add({3}), add({2, 2, 2}), add({0, 1, 2});  // not finite; too few; no area (+z here, as all)
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), infinity}) {
+    MeshDescription mesh = with_polygons(grid(4));
+    for (V3f& p : mesh.positions) p = V3f(p.z, p.x, p.y);  // faces +x
+    mesh.positions.emplace_back(0, bad, 0);
+    const auto last = static_cast<std::uint32_t>(mesh.positions.size() - 1);
+    add_polygon(mesh, {0, 1, last}), add_polygon(mesh, {2, last, 3, 4}), add_polygon(mesh, {0, 1}), add_polygon(mesh, {}), add_polygon(mesh, {3});
+    make_normals(mesh);
+    for (const V3f& n : mesh.normals) EXPECT_EQ(n, V3f(1, 0, 0));
+  }
+}
+
+// As in Blender, a polygon without area looks up.
+TEST(SceneNormals, WithoutAreaIsUp) {
+  MeshDescription mesh;
+  mesh.positions = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 2, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 1, 3}};  // +x; on a line, with no angle at vertex 0, half a turn at 1
+  mesh = with_polygons(mesh);
   make_normals(mesh);
-  for (const V3f& n : mesh.normals) EXPECT_EQ(n, V3f(0, 0, 1));
+  EXPECT_NEAR((mesh.normals[0] - V3f(1, 0, 0)).length(), 0, 1e-6);
+  EXPECT_NEAR((mesh.normals[1] - V3f(0.25f, 0, 1).normalized()).length(), 0, 1e-6);
+  EXPECT_EQ(mesh.normals[5], V3f(0, 1, 0));  // no angle at all: its own position's direction
 }
 
 TEST(SceneNormals, NormalsThatAreGivenStay) {

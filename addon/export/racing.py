@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender itself does not make the same each time, and nothing here can mend: it is told.
+
+Before 4.1, normals at vertices are added up on threads that race. What modifiers build along them differs in its last bits from one
+reading of a file to the next; which ones do was measured in 3.4."""
+from .. import compat
+
+_FACES_OF_A_THREAD = 1024  # as Blender deals them out: fewer are added up by one thread, in their order
+
+
+def racing_modifier(item):
+    """The first modifier of an evaluated mesh object that builds along normals which race; None: its geometry is steady."""
+    if not compat.builds_on_racing_normals(item.data) or len(item.data.polygons) <= _FACES_OF_A_THREAD:
+        return None
+    return next((modifier for modifier in item.modifiers if modifier.show_render and _follows_normals(modifier)), None)
+
+
+def _follows_normals(modifier):
+    kind = modifier.type
+    if kind == 'DISPLACE':
+        return modifier.direction in {'NORMAL', 'CUSTOM_NORMAL'}
+    if kind == 'SOLIDIFY':
+        return modifier.solidify_mode == 'EXTRUDE' and not modifier.use_quality_normals
+    if kind == 'WAVE':
+        return modifier.use_normal
+    if kind == 'PARTICLE_SYSTEM':  # they start along the normal
+        return modifier.particle_system.settings.render_type in {'OBJECT', 'COLLECTION'}
+    if kind == 'NODES':
+        return modifier.node_group is not None and _reads_normals(modifier.node_group, set())
+    return kind in {'SHRINKWRAP', 'WIREFRAME'}
+
+
+def _reads_normals(tree, seen):
+    """Whether geometry nodes, or groups in them, ask for normals; extruded vertices and edges go along them unasked."""
+    if tree.name_full in seen:
+        return False
+    seen.add(tree.name_full)
+    return any(node.bl_idname == 'GeometryNodeInputNormal' or node.bl_idname == 'GeometryNodeExtrudeMesh' and node.mode != 'FACES'
+               or getattr(node, "node_tree", None) is not None and _reads_normals(node.node_tree, seen) for node in tree.nodes)

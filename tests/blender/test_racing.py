@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes that Blender's threads make anew each time: those that it cannot make steadily are told, all others are the same in every bit."""
+import math
+import os
+
+import bits
+import bpy
+import numpy as np
+import pytest
+from test_normals import _auto, _modified, _sphere
+
+FULL = bool(os.environ.get("SLUICE_FULL"))
+TIMES = 20 if FULL else 4
+RACES = not hasattr(bpy.types.Mesh, "corner_normals")
+
+
+def _dense():
+    return _sphere(segments=128, ring_count=64)
+
+
+def _texture():
+    return bpy.data.textures.new("Clouds", 'CLOUDS')
+
+
+def _target():
+    return bpy.data.objects.new("Target", _dense().data.copy())
+
+
+def _nodes(item, kind, mode=None):
+    """Geometry nodes: the mesh through one node, which takes its offset from a Normal node where it has one."""
+    tree = bpy.data.node_groups.new("Tree", 'GeometryNodeTree')
+    if hasattr(tree, "interface"):
+        for side in ('INPUT', 'OUTPUT'):
+            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
+    else:
+        tree.inputs.new('NodeSocketGeometry', "Geometry")
+        tree.outputs.new('NodeSocketGeometry', "Geometry")
+    first, last, node = tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput'), tree.nodes.new(kind)
+    if mode:
+        node.mode = mode
+    else:
+        tree.links.new(tree.nodes.new('GeometryNodeInputNormal').outputs[0], node.inputs["Offset"])
+    tree.links.new(first.outputs[0], node.inputs[0])
+    tree.links.new(node.outputs[0], last.inputs[0])
+    return _modified(item, 'NODES', node_group=tree)
+
+
+def _particles():
+    item = _dense()
+    _modified(item, 'PARTICLE_SYSTEM')
+    settings = item.particle_systems[0].settings
+    settings.count, settings.render_type, settings.instance_object = 10, 'OBJECT', _sphere()
+    return item
+
+
+def _custom():
+    item = _auto(_dense(), math.pi)
+    random = np.random.default_rng(5).normal(size=(len(item.data.vertices), 3))
+    item.data.normals_split_custom_set_from_vertices((random / np.linalg.norm(random, axis=1)[:, None]).tolist())
+    return item
+
+
+RACING = {
+    "displace": lambda: _modified(_dense(), 'DISPLACE', texture=_texture()),
+    "displace, custom normals": lambda: _modified(_auto(_dense(), 0.5), 'DISPLACE', texture=_texture(), direction='CUSTOM_NORMAL'),
+    "solidify": lambda: _modified(_dense(), 'SOLIDIFY'), "even solidify": lambda: _modified(_dense(), 'SOLIDIFY', use_even_offset=True),
+    "wave": lambda: _modified(_dense(), 'WAVE', use_normal=True), "wireframe": lambda: _modified(_dense(), 'WIREFRAME'),
+    "shrinkwrap": lambda: _modified(_dense(), 'SHRINKWRAP', target=_target(), wrap_method='PROJECT'), "particles": _particles,
+    "push": lambda: _nodes(_dense(), 'GeometryNodeSetPosition'), "extruded edges": lambda: _nodes(_dense(), 'GeometryNodeExtrudeMesh', 'EDGES'),
+}
+STEADY = {
+    "smooth": _dense, "auto smooth": lambda: _auto(_dense(), 0.5), "custom": _custom,
+    "weighted": lambda: _modified(_auto(_dense(), math.pi), 'WEIGHTED_NORMAL'),
+    "normal edit": lambda: _modified(_auto(_dense(), math.pi), 'NORMAL_EDIT', mix_factor=0.5),
+    "hard bevel": lambda: _modified(_auto(_dense(), math.pi), 'BEVEL', harden_normals=True, width=0.003, limit_method='NONE'),
+    "displace along z": lambda: _modified(_dense(), 'DISPLACE', texture=_texture(), direction='Z'),
+    "quality solidify": lambda: _modified(_dense(), 'SOLIDIFY', use_quality_normals=True),
+    "complex solidify": lambda: _modified(_dense(), 'SOLIDIFY', solidify_mode='NON_MANIFOLD'),
+    "wave along z": lambda: _modified(_dense(), 'WAVE'), "remesh": lambda: _modified(_dense(), 'REMESH', voxel_size=0.05, use_smooth_shade=True),
+    "corrective smooth": lambda: _modified(_dense(), 'CORRECTIVE_SMOOTH'), "subdivision": lambda: _modified(_dense(), 'SUBSURF'),
+    "array": lambda: _modified(_dense(), 'ARRAY', count=3), "decimate": lambda: _modified(_dense(), 'DECIMATE', ratio=0.5),
+    "cast": lambda: _modified(_dense(), 'CAST'),
+    "boolean": lambda: _modified(_sphere(), 'BOOLEAN', object=bpy.data.objects.new("Target", _sphere().data.copy()), solver='EXACT'),
+    "extruded faces": lambda: _nodes(_dense(), 'GeometryNodeExtrudeMesh', 'FACES'),
+    "few faces": lambda: _modified(_sphere(), 'DISPLACE', texture=_texture()),
+}
+
+QUICK = ["smooth", "auto smooth", "custom", "weighted", "hard bevel", "quality solidify", "few faces"]
+
+
+def _told(warnings):
+    return {item for item, message in warnings if "last bits" in message}
+
+
+@pytest.mark.parametrize("kind", RACING)
+def test_what_races_is_told(export_now, kind):
+    item = RACING[kind]()
+    assert _told(export_now()[1]) == ({item.name} if RACES else set())
+
+
+@pytest.mark.parametrize("kind", STEADY if FULL else QUICK)
+def test_all_else_is_steady(export_now, kind):
+    item = STEADY[kind]()
+    found = set()
+    for _time in range(TIMES):
+        item.data.update()  # its normals are to be made anew
+        item.update_tag(refresh={'DATA'})
+        description, warnings = export_now()
+        assert not _told(warnings)
+        found.add(bits.fingerprint(description["meshes"]))
+    assert len(found) == 1
