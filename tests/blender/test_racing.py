@@ -11,7 +11,7 @@ from test_normals import _auto, _modified, _sphere
 
 FULL = bool(os.environ.get("SLUICE_FULL"))
 TIMES = 20 if FULL else 4
-RACES = not hasattr(bpy.types.Mesh, "corner_normals")
+RACES = "corner_normals" not in bpy.types.Mesh.bl_rna.properties
 
 
 def _dense():
