@@ -5,6 +5,7 @@ and several seeds of one scene with their mean and spread."""
 import math
 
 import numpy as np
+import pytest
 import sluice_core
 
 PARTS = ("Direct", "Caustics", "Edited", "Indirect", "Emission")
@@ -167,10 +168,28 @@ class Render:
         return next(e for e in self.statistics["edits"] if e["name"] == name)
 
 
+ALIKE = {"use_adaptive_sampling": False, "caustic_radius_range": 1}  # pictures that are compared differ in neither samples nor radii
+AS_SHIPPED = {}
+in_use = ALIKE
+
+
+@pytest.fixture(params=["alike", "as shipped"], autouse=True)
+def defaults(request):
+    """In a module that imports it each test runs twice: with even samples and widths, and with those that the product has by default."""
+    global in_use
+    in_use = AS_SHIPPED if request.param == "as shipped" else ALIKE
+    yield request.param
+    in_use = ALIKE
+
+
+def most_range():
+    """How many times wider or narrower than the common one the photons' kernels may be."""
+    return in_use.get("caustic_radius_range", 2.5)
+
+
 def start(scene, **settings):
     session = sluice_core.Session()
-    alike = {"use_adaptive_sampling": False, "caustic_radius_range": 1}  # pictures that are compared differ in neither samples nor radii
-    session.start(getattr(scene, "description", scene), {"passes": 4, "photons": 8192, "seed": 0, "threads": 1, **alike, **settings})
+    session.start(getattr(scene, "description", scene), {"passes": 4, "photons": 8192, "seed": 0, "threads": 1, **in_use, **settings})
     return session
 
 

@@ -30,6 +30,14 @@ def assert_mean(samples, expected, bias=0.0, finest=0.02):
     assert abs(mean - expected) <= half_width + (bias + 1e-6) * abs(expected), f"{mean} ± {half_width}, expected {expected} within {bias:.2%}"
 
 
+def assert_between(samples, low, high, bias=0.0, finest=0.02):
+    """The same for a mean that is known to lie between two numbers."""
+    mean, half_width = interval(samples)
+    slack = half_width + (bias + 1e-6) * abs(high)
+    assert half_width <= finest * abs(high), f"too noisy to tell: {mean} ± {half_width}"
+    assert low - slack <= mean <= high + slack, f"{mean} ± {half_width}, expected {low} … {high} within {bias:.2%}"
+
+
 def assert_same_mean(a, b, finest=0.02, bias=0.0):
     """Welch: two sets of independent samples have one mean, within a bias known beforehand (relative)."""
     a, b = np.asarray(a, float), np.asarray(b, float)
@@ -52,6 +60,18 @@ def blocks(picture, width):
     rows, columns = shape[axis] // width, shape[axis + 1] // width
     cut = picture.reshape(*shape[:axis], rows, width, columns, width, *shape[axis + 2 :])
     return cut.mean((axis + 1, axis + 3))
+
+
+def assert_spread(samples, narrow, wide, bias=0.003, finest=0.06):
+    """Pictures of light that each photon spreads evenly around it, some less and some more, between two known pictures where all do the least
+    and the most. Whatever they do, the light, its middle and so how far it lies off are kept but for what leaves the picture; squares of
+    distances grow with the widths; and where the widest spread brings none there is none."""
+    at = np.arange(narrow.shape[0]) + 0.5
+    x, y = np.meshgrid(at, at)
+    for weight in (np.ones_like(x), x, y, x * x, y * y):
+        low, high = sorted(float((picture * weight).sum()) for picture in (narrow, wide))
+        assert_between((samples * weight).sum((1, 2)), low, high, bias, finest)
+    assert (samples.mean(0)[wide == 0] <= 1e-4 * narrow.max()).all(), "light where there must be none"
 
 
 def assert_blocks(samples, expected, bias=0.003, finest=0.06, finest_sum=0.04):

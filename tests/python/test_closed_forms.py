@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import LUMINANCE, PARTS, Scene, both, diffuse, emission, exit_at, glass, looking, mirror, quad, render, seeds
+from scenes import LUMINANCE, PARTS, Scene, both, defaults, diffuse, emission, exit_at, glass, looking, mirror, quad, render, seeds  # noqa: F401: in both kinds
 from statistics_of_renders import assert_blocks, assert_mean, blocks, interval
 
 ALBEDO = 0.8
@@ -202,7 +202,7 @@ def test_a_mirror_sends_light_to_a_wall():
 
 
 def test_bias_falls_as_the_square_of_the_radius():
-    """The light of a low point lamp is moved aside, so that it is estimated from photons. Below the lamp at height h the mean of E under
+    """All widths alike. The light of a low point lamp is moved aside, so that it is estimated from photons. Below the lamp at height h the mean of E under
     the round kernel of radius r, 2/(πR²) (1 − ρ²/R²) with R² = 1.5 r², is E(0) 4 / (1 + √(1 + R²/h²))² = E(0) (1 − ¾ r²/h² + …): the
     render misses the peak by just that, and by a quarter of it when the radius is halved."""
     height, off = 0.5, []
@@ -214,7 +214,7 @@ def test_bias_falls_as_the_square_of_the_radius():
         scene.floor(diffuse(ALBEDO), half=5)
         scene.point((-0.8, 0, height), 10.0)
         scene.edit("L", quad((-0.8, 0, 0), (0.4, 0, 0), (0, 0.4, 0)), [exit_at((0.75, 0, 0), (0.4, 0, 0), (0, 0.4, 0))])
-        got = seeds(scene, 12, passes=1, photons=65536, caustic_radius_factor=radius / (3 / 48))
+        got = seeds(scene, 12, passes=1, photons=65536, caustic_radius_factor=radius / (3 / 48), caustic_radius_range=1)
         assert got.renders[0].statistics["radius"][1] == pytest.approx(radius, rel=1e-3)
         mean, error = interval(got.stack("Edited")[:, peak].mean((1, 2)))
         exact = 4 / (1 + math.sqrt(1 + 1.5 * radius**2 / height**2)) ** 2 - 1

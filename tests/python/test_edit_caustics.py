@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import Scene, diffuse, exit_at, glass, looking, quad, render, seeds
+from scenes import Scene, defaults, diffuse, exit_at, glass, looking, quad, render, seeds  # noqa: F401: each test in both kinds
 from statistics_of_renders import assert_mean, assert_same_mean, interval
 
 ALBEDO, SUN = 0.8, 2.0

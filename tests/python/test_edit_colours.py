@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from floor_tracer import tinted, turn_hue
-from scenes import LUMINANCE, diffuse, exit_at, render, seeds
+from scenes import LUMINANCE, defaults, diffuse, exit_at, render, seeds  # noqa: F401: each test in both kinds
 from statistics_of_renders import assert_same_mean
 from test_edit_laws import ENTRY, EXITS, PASSES, PHOTONS, SEEDS, check, floor_scene
 
