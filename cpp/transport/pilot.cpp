@@ -23,7 +23,7 @@ constexpr int min_paths_per_entry = 256, max_paths_per_entry = 4096;  // that fi
 constexpr double fewest_photons = 8, most_photons = 32;
 constexpr std::size_t places_of_density = 1024;
 constexpr double most_of_typical = 16;
-constexpr double photons_on_disk = 16, photons_on_soft_disk = 32;  // at v in the first pass
+constexpr double photons_on_disk = 6, photons_on_soft_disk = 12;  // at v in the first pass
 constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 
 class Pilot {

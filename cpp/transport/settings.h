@@ -18,7 +18,7 @@ struct TransportSettings {
   std::size_t state_memory = std::size_t{2} << 30;  // bytes, of the states of paths (edit/path_state.h) of all threads together
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
   float caustic_radius_range = 2.5f;  // that radius is at most so many times wider or narrower where the pilot finds few or many photons; 1: never
-  float soft_range = 4;               // of light that was scattered before, so many times wider still
+  float soft_range = 3;               // of light that was scattered before, so many times wider still
 };
 
 // What one table of states may hold: a thread has one for light paths and one for view paths, and edits are explained with one more.
