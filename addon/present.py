@@ -26,8 +26,9 @@ def known(context):
 def _find(scene):
     names = Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds)
     here = {name for item in _objects(scene) for name in names.of(item)}
-    around = [*scene.collection.children_recursive, *([scene.world] if scene.world is not None else [])]
-    here.update(name for item in around for name in names.homes.own(item))
+    here.update(name for item in scene.collection.children_recursive for name in names.homes.own(item))
+    if scene.world is not None:
+        here.add(names.of_world(scene.world))
     things = (item for kind in (bpy.data.objects, bpy.data.collections, bpy.data.worlds) for item in kind)
     return Known(names.homes, tuple(sorted(here)), frozenset(name for item in things for name in names.homes.own(item)) - here)
 

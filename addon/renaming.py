@@ -236,8 +236,10 @@ def _undone(*_):
 
 @bpy.app.handlers.persistent
 def _file_loaded(*_):
-    _past.clear()
-    _copied.clear()
+    global _known
+    _known = None  # what the file before held may lie at the same addresses
+    for kept in (_owners, _places, _past, _copied):
+        kept.clear()
     _undone()
 
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "render/report.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <span>
 
 namespace sluice {
 namespace {
@@ -58,8 +60,10 @@ std::string describe(const Statistics& s) {
   for (const LayerShare& layer : s.layers)
     text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);
-  for (const UnmetShare& unmet : s.unmet)
+  constexpr std::size_t told = 8;
+  for (const UnmetShare& unmet : std::span(s.unmet).first(std::min(told, s.unmet.size())))
     text += "not met: " + unmet.name + format(": the pilot found nothing of it where the camera looks; %.2g %% of the photons look on, and the noise told does not know of it\n", 100 * unmet.share);
+  if (s.unmet.size() > told) text += format("not met: %zu more\n", s.unmet.size() - told);
   text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu by alpha layers, %llu by states, %llu splits; "
                  "grazing exits: %llu\n",
                  static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),

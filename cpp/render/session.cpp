@@ -193,7 +193,7 @@ void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonS
   if (first.settings.use_adaptive_sampling) guide.samples = place_samples(first, photons, pool, cancel_);
   std::vector<UnmetShare> unmet = unmet_of(first.scene, guide);
   const std::lock_guard lock(lock_);
-  for (const UnmetShare& each : unmet) progress_.unmet.push_back(each.name);
+  for (std::size_t i = 0; i < std::min<std::size_t>(unmet.size(), 3); ++i) progress_.unmet.push_back(unmet[i].name);
   statistics_.unmet = std::move(unmet);
   statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
   statistics_.guide_hash = guide.hash();

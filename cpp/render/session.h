@@ -41,7 +41,7 @@ struct Progress {
   double seconds = 0;           // of rendering
   double seconds_left = -1;     // estimate to the nearest stop; < 0: unknown
   double relative_error = -1;   // of the picture; < 0: fewer than 4 passes
-  std::vector<std::string> unmet;  // lights and effects that it does not know of: the pilot found nothing of them
+  std::vector<std::string> unmet;  // the first of the lights and effects that it does not know of: the pilot found nothing of them
   std::size_t memory = 0;       // bytes of film and photon maps
   std::optional<Failure> failure;
 };

@@ -26,7 +26,7 @@ struct ColorAttribute {
   std::vector<Color> corners;  // linear, three per triangle
 };
 
-// The polygons that triangles were cut from; smooth normals are made of them. No polygons: the mesh is flat, or brings its normals.
+// The polygons that triangles were cut from; smooth normals are made of them.
 struct PolygonDescription {
   std::vector<std::uint32_t> corners;       // vertices, as indices into positions
   std::vector<std::uint32_t> starts;        // per polygon: where its corners begin
@@ -39,7 +39,7 @@ struct MeshDescription {
   std::string name;
   std::vector<V3f> positions;                           // object space
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into positions
-  std::vector<V3f> normals;                             // shading normals, three per triangle; empty = from polygons
+  std::vector<V3f> normals;                             // shading normals, three per triangle; empty: made of polygons, flat if there are none
   PolygonDescription polygons;
   std::vector<std::uint16_t> material_slots;            // per triangle; empty = slot 0
   std::vector<UvMap> uv_maps;                           // the first is the active-render one

@@ -14,7 +14,7 @@ V3d direction(const V3d& v) noexcept {
 class Polygon {
  public:
   Polygon(const MeshDescription& mesh, std::size_t index) noexcept
-      : mesh_(mesh), first_(&mesh.polygons.corners[mesh.polygons.starts[index]]), size_(mesh.polygons.sizes[index]) {}
+      : mesh_(mesh), first_(mesh.polygons.corners.data() + mesh.polygons.starts[index]), size_(mesh.polygons.sizes[index]) {}
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] std::uint32_t vertex(std::size_t corner) const noexcept { return first_[corner]; }

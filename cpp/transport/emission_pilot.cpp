@@ -5,25 +5,27 @@
 #include <numeric>
 
 #include "transport/emission.h"
+#include "transport/light_trust.h"
 #include "transport/pass.h"
 
 namespace sluice {
 namespace {
 
-constexpr float own_share = 0.25f;    // least share of a light's own distribution (design §5)
+constexpr float own_share = 0.25f;    // of a light's own distribution, about, at least (design §5)
 constexpr float close_share = 0.25f;  // of the photons of a light go towards what sends them on to caustics and edits
 constexpr float far_share = 0.1f;     // of a light from infinity towards entries outside of all surfaces, at least
 constexpr float seen_share = 0.5f;    // towards what the camera sees: by directions that proved useful, or towards sights
 constexpr double kept_share = 1.0 / 8;  // of all shares, by what can be; the rest by what the pilot found
 constexpr std::size_t min_starts = 512;   // useful photons that a table of aims is learned from
 constexpr double min_cells_of_sight = 16;  // of a table of aims: below, it is too coarse for that sight
+constexpr std::size_t places_of_trials = 1 << 16;  // at which lights that brought nothing are asked once more, all together
 constexpr int paths_per_chunk = 2048;
 constexpr unsigned close_arrivals = caustic_arrivals | edited_arrivals;
 
 // What the photons of one light brought.
 struct Yield {
   double worth = 0;                            // to the picture
-  double seen = 0, all = 0;                    // luminous flux where the camera looks, and anywhere (W)
+  double seen = 0, all = 0;                    // luminous flux of stored photons where the camera looks, and anywhere (W)
   std::vector<double> close;                   // per target: worth of light that arrived by mirrors, glass or exits
   std::vector<std::pair<int, double>> starts;  // cell of AimTable and worth, photon by photon
 };
@@ -52,7 +54,8 @@ class Worth {
         const double share = luminance(photon.flux()) / square(seen.edge(V3d(photon.position)));
         irradiance_[static_cast<std::size_t>(cell)] += share;
         mean_ += here * share;
-        hits[static_cast<std::size_t>(cell)] = here;
+        double& most = hits[static_cast<std::size_t>(cell)];  // of both sides of what is thin
+        most = std::max(most, static_cast<double>(here));
       }
     for (const double here : hits) all_hits += here;
     mean_ /= std::max(all_hits, 1.0);
@@ -153,9 +156,17 @@ Distribution mixture_for(const EmissionPlan& plan, const Scene& scene, const Gui
   return Distribution(weights);
 }
 
-void note_unmet(const Effects& effects, const std::vector<Yield>& yields, const PilotPhotons& pilot, Guide& guide) {
+// Lights of which neither photons nor next-event estimation brought anything, and effects without photons.
+void note_unmet(const Scene& scene, const TransportSettings& settings, const Effects& effects, const std::vector<Yield>& yields, const PilotPhotons& pilot, const Visible& seen,
+                ThreadPool& pool, Guide& guide) {
+  std::vector<std::size_t> dark;
   for (std::size_t l = 0; l < yields.size(); ++l)
-    if (!(yields[l].worth > 0)) guide.unmet.push_back({static_cast<int>(l), "", guide.lights.pmf(l)});
+    if (!(yields[l].worth > 0)) dark.push_back(l);
+  std::vector<char> is_lit(dark.size());
+  const std::size_t places = std::clamp<std::size_t>(places_of_trials / std::max<std::size_t>(dark.size(), 1), 16, 1024);
+  pool.parallel_for(dark.size(), [&](std::size_t i, int) { is_lit[i] = is_seen_lit(scene, settings, static_cast<int>(dark[i]), seen.hits(), places); });
+  for (std::size_t i = 0; i < dark.size(); ++i)
+    if (!is_lit[i]) guide.unmet.push_back({static_cast<int>(dark[i]), "", guide.lights.pmf(dark[i])});
   unsigned met = 0;
   for (const auto& chunk : pilot.photons)
     for (const Photon& photon : chunk) met |= bit_of(photon.arrival);
@@ -219,7 +230,7 @@ PilotPhotons trace_pilot(const Scene& scene, const TransportSettings& settings, 
   return pilot;
 }
 
-void learn_emission(const EmissionPlan& plan, const Scene& scene, const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool, Guide& guide) {
+void learn_emission(const EmissionPlan& plan, const Scene& scene, const TransportSettings& settings, const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool, Guide& guide) {
   const std::vector<Yield> yields = yields_of(scene, pilot, seen, pool, guide);
   const double all = std::accumulate(yields.begin(), yields.end(), 0.0, [](double sum, const Yield& yield) { return sum + yield.worth; });
   std::vector<float> shares;
@@ -230,7 +241,7 @@ void learn_emission(const EmissionPlan& plan, const Scene& scene, const Effects&
     guide.strategies[l] = mixture_for(plan, scene, guide, l, yields[l]);
   }
   guide.lights = Distribution(shares);
-  note_unmet(effects, yields, pilot, guide);
+  note_unmet(scene, settings, effects, yields, pilot, seen, pool, guide);
 }
 
 }  // namespace sluice

@@ -39,13 +39,14 @@ struct EmissionPlan {
   [[nodiscard]] std::size_t far_target() const noexcept { return things.size() + sights.size(); }
 };
 
-// For the pilot itself, which knows nothing yet: half of its photons from all lights alike, all of them towards everything.
+// For the pilot itself, which knows nothing yet. Half of its photons come from lights by what they can send to the sights, half from all alike; of
+// each light's, half leave as they would anyway, a quarter go towards things and a quarter towards sights.
 void aim_pilot(const EmissionPlan& plan, const Scene& scene, Guide& guide);
 
 [[nodiscard]] PilotPhotons trace_pilot(const Scene& scene, const TransportSettings& settings, const Guide& guide, std::span<LightTracer> tracers, ThreadPool& pool,
                                        const std::atomic<bool>& cancel);
 
 // Sets guide.lights, strategies, aims and unmet.
-void learn_emission(const EmissionPlan& plan, const Scene& scene, const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool, Guide& guide);
+void learn_emission(const EmissionPlan& plan, const Scene& scene, const TransportSettings& settings, const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool, Guide& guide);
 
 }  // namespace sluice

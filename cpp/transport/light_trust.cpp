@@ -94,6 +94,13 @@ bool is_hidden(const Light& light, const Effects& effects, const Trial& anywhere
 
 }  // namespace
 
+bool is_seen_lit(const Scene& scene, const TransportSettings& settings, int light, std::span<const Hit> seen, std::size_t places) {
+  const std::size_t step = seen.size() / places | 1;  // odd: v and y take turns in what is seen
+  for (std::size_t i = 0; i < seen.size(); i += step)
+    if (irradiance(scene, light, seen[i], Sampler(key_of(settings.seed, PilotPurpose::Lights, i), static_cast<std::uint32_t>(light))) > 0) return true;
+  return false;
+}
+
 LightTrusts try_lights(const Scene& scene, const TransportSettings& settings, const Effects& effects, std::span<const Hit> seen, double extent, ThreadPool& pool, const std::atomic<bool>& cancel) {
   const std::size_t lights = scene.lights().size();
   if (lights == 0 || lights > few_lights || seen.empty()) return {};

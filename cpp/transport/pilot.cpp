@@ -51,7 +51,7 @@ class Pilot {
     for (LightTracer& tracer : tracers_) tracer.trust = &guide.trust;
     PilotPhotons pilot = trace_pilot(scene_, settings_, guide, tracers_, pool_, cancel_);
     if (cancel_) return guide;
-    learn_emission(plan, scene_, effects_, pilot, seen, pool_, guide);
+    learn_emission(plan, scene_, settings_, effects_, pilot, seen, pool_, guide);
     photons_ = std::move(pilot.photons);
     size_gathers(guide, seen);
     if (cancel_ || !(footprint > 0)) return guide;
@@ -80,7 +80,8 @@ class Pilot {
     return found;
   }
 
-  // So many paths that each light has its turn, the one that an expression names too.
+  // So many paths that each light has its turn, the one that an expression names too (of thousands: some). Half of them go towards what mirrors or
+  // refracts.
   [[nodiscard]] bool moves_light(int edit, std::span<const Target> specular, LightTracer& tracer) const {
     const Guide aim = aim_at(scene_, sphere_around(scene_.edits()[edit].entry), specular, 0);
     const int paths = std::clamp(4 * static_cast<int>(std::min<std::size_t>(scene_.lights().size(), max_paths_per_entry)), min_paths_per_entry, max_paths_per_entry);
@@ -95,8 +96,8 @@ class Pilot {
     return false;
   }
 
-  // The radii at y, from the mean density of the pilot's photons where the camera looks. Each place is measured in parts of the picture; of places
-  // that are lit many times as densely as is typical not all counts, or the others would find no photon at all.
+  // The radii at y, from the mean density of the pilot's photons where the camera looks. Each place is measured in parts of the picture; where
+  // light is far denser than is typical it counts as so many times the typical density, else one bright spot would make all radii too small.
   void size_gathers(Guide& guide, const Visible& seen) {
     const std::vector<double> densities = densities_at(seen);
     if (densities.empty()) return;
@@ -110,7 +111,7 @@ class Pilot {
 
   // Photons of a pass per m² at some of the places seen, above 0.
   [[nodiscard]] std::vector<double> densities_at(const Visible& seen) const {
-    const std::size_t step = std::max<std::size_t>(1, seen.hits().size() / places_of_density);
+    const std::size_t step = seen.hits().size() / places_of_density | 1;  // odd: v and y take turns in what is seen
     std::vector<float> reach;
     for (std::size_t i = 0; i < seen.hits().size(); i += step) reach.push_back(static_cast<float>(seen.edge(seen.hits()[i].position) / 2));
     std::vector<double> densities(reach.size());

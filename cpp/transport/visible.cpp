@@ -39,9 +39,9 @@ Target sphere_around(std::span<const Hit> hits) {
 
 }  // namespace
 
-// A place of no distance from the camera still has a size that numbers of its coordinates can tell apart.
 double Visible::edge(const V3d& p) const noexcept { return std::ldexp(1.0, level(p)); }
 
+// A place of no distance from the camera still has some size.
 int Visible::level(const V3d& p) const noexcept {
   const FrameDescription& frame = scene_.frame();
   const double across = scene_.camera().footprint(p) * std::max(frame.width, frame.height) / cells_across;
@@ -86,7 +86,8 @@ std::vector<Sight> Visible::sights() const {
   std::ranges::stable_sort(sorted, {}, [&](const Hit& hit) { return (hit.position - eye).length2(); });
   for (std::size_t i = std::size(quantiles); i-- > 0;) {
     const auto count = static_cast<std::size_t>(std::ceil(static_cast<double>(sorted.size()) * quantiles[i]));
-    const Target sphere = sphere_around(std::span(sorted).first(count));
+    Target sphere = sphere_around(std::span(sorted).first(count));
+    sphere.radius = std::max(sphere.radius, static_cast<float>(edge(sphere.centre)));  // of one hit alone
     if (!kept.empty() && sphere.radius * growth_of_sights > kept.back().sphere.radius) continue;
     kept.push_back({sphere, 0}), parts.push_back(quantiles[i]);
   }

@@ -41,7 +41,7 @@ def describe():
     from sluice.export.camera import export_camera, export_frame
     from sluice.export.names import Names
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    context = export.Context(Names(bpy.data.collections, bpy.data.objects))
+    context = export.Context(Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds))
     camera = bpy.context.scene.camera.evaluated_get(depsgraph)
     frame = export_frame(64, 48, bpy.context.scene.render)
     return export.export_scene(depsgraph, export_camera(camera, camera.matrix_world, context.warn), frame, context), context.warnings
