@@ -31,8 +31,8 @@ def remember(session):
 def _read(row, told, passes):
     part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
     return Found(row["matched"], row["moved"], row["capped"], row["acted"], row["energy_in"] / passes, row["energy_out"] / passes,
-                 part / whole if whole else 0, row["share"], row["seconds"], row.get("floats", 0), row.get("side", 0), row.get("crossed", 0), row.get("probed", 0), taker(row),
-                 row.get("arrivals", ()))
+                 part / whole if whole else 0, row["share"], row["seconds"], row.get("floats", 0), row.get("side", 0),
+                 row.get("crossed", 0), row.get("probed", 0), taker(row), row.get("arrivals", ()))
 
 
 def taker(row):
