@@ -161,6 +161,9 @@ def test_figures_in_words():
     assert told == "Took light on its way to the eye / 20 % of the picture; about 0.1 s"
     assert statistics.icon(statistics.of("First")) == 'CHECKMARK'
     assert _told(acted=True, crossed=800, probed=4096)[0] == "Took light on its way to the eye"
+    floats = " / Floats 24 cm in front of its plane"  # in a scene of a thousand kilometres
+    assert _told(matched=5, floats=0.24, side=0.5)[0].endswith(floats) and _told(probed=4096, floats=0.24, side=0.5)[0].endswith(floats)
+    assert "Floats" not in _told(matched=5, floats=1e-5, side=0.5)[0]
     lost = "The picture has nothing of it: is an exit behind a surface, or out of sight?"
     assert _told(matched=5, moved=5, energy_in=1.0, energy_out=1.0)[0].endswith(lost) and lost not in _told(matched=5, moved=5, energy_in=1.0)[0]
     assert _told()[0] == "Nothing that matches crossed the entry"  # of what the eye sees

@@ -157,3 +157,12 @@ def test_what_lights_the_picture_is_met():
     scene.sun((0.2, 0, -1), 2.0)
     scene.point((0.3, 0.2, 1.0), 5.0)
     assert not seeds(scene, 1, **SETTINGS).renders[0].statistics["unmet"]
+
+
+def test_a_lamp_of_a_millimetre_on_a_ground_of_a_thousand_kilometres():
+    def lit(extent, seed=0):
+        scene = room(lamp=False)
+        scene.point((0, 0.2, 1.5), 40.0, radius=0.0005)
+        return rendered(beside(scene, extent, sun=True) if extent else scene, seed)[1]
+
+    assert_sum(lit(1e6), [lit(0, seed=100)], finest=0.1)
