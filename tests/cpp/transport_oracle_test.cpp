@@ -200,7 +200,7 @@ TEST(Oracle, bias_falls_with_the_square_of_the_radius) {
   const Sample oracle = summarise(middle(ask_oracle(s.scene, *scene, s.settings, Which::Forward, effort, 77)));
   std::vector<double> at[3];
   for (int i = 0; i < 3; ++i) {
-    s.settings.caustic_radius_factor = 0.8f * static_cast<float>(1 << i);
+    s.settings.caustic_radius_factor = 0.6f * static_cast<float>(1 << i);  // footprints: up to a sixteenth of the picture
     Counts counts;
     at[i] = middle(render_core(*scene, s.settings, {.seeds = effort.seeds, .passes = 1}, side, pool(), counts));
   }
@@ -226,7 +226,9 @@ TEST(Oracle, random_light_edits) {
       for (int i = 0; i < 2; ++i) maker.add(s, {.expressions = {"L", "LS", "LSS", "LS+", "LF+", "LS*F?"}});
       for (int i = 0; i < 2; ++i) maker.add(s, {.expressions = {"LD", "L.*", "L(D|F)+", "L.*D'Wall'", "LD'Floor'"}, .exits_over_floor = false});
       maker.shuffle_orders(s);
-      compare("random light edits " + std::to_string(seed) + (ball ? " with glass" : ""), s, Which::Forward, lit);
+      // Glass sends a little red light where few of the oracle's paths come: none would say that there is nothing, and with no error.
+      const Effort effort{.paths = (ball ? 4 : 1) * Effort{}.paths};
+      compare("random light edits " + std::to_string(seed) + (ball ? " with glass" : ""), s, Which::Forward, lit, effort);
     }
   }
 }
