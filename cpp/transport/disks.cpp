@@ -10,7 +10,7 @@ namespace {
 
 // Radii are bounded by parts of the picture, for pictures so small that some pixels are much of them, and by parts of the distance to the camera:
 // else footprints would change too much along a disk.
-constexpr float most_of_picture = 1.0f / 16, most_soft_of_picture = 1.0f / 4, most_of_distance = 0.4f;
+constexpr float most_of_picture = 1.0f / 16, most_soft_of_picture = 1.0f / 8, most_of_distance = 0.4f;
 // The kernel falls to 0 so many radii away (√1.5; density.h).
 constexpr float round_reach = 1.2247449f;
 // Positions are rounded to 2⁻²⁴ of their coordinates: far below this part of them photons of one surface would no longer share a disk (numerics D6).

@@ -38,7 +38,7 @@ void PhotonMap::lay_out_grids() {
     const auto l = static_cast<std::size_t>(level);
     if (held[l] == 0) continue;
     occupied_ |= std::uint64_t{1} << level;
-    grids_[l] = {1 / most_of_level(level), end, buckets_for(held[l]) - 1};
+    grids_[l] = {inverse_cell(level), end, buckets_for(held[l]) - 1};
     end += grids_[l].mask + 1;
   }
   start_.assign(end + 1, 0);
@@ -89,35 +89,42 @@ std::size_t PhotonMap::bytes() const noexcept {
   return photons_.capacity() * sizeof(Photon) + columns * sizeof(float);
 }
 
-int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) noexcept {
+// Runs of photons that may lie there, on their way into the cache. Most rows of cells are empty where photons are few.
+int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) const noexcept {
   const auto cell = [&grid](float x) { return cell_of(x, grid.inverse_cell); };
   const std::int64_t x0 = cell(p.x - extent.x), x1 = cell(p.x + extent.x);
   const std::int64_t y0 = cell(p.y - extent.y), y1 = cell(p.y + extent.y);
   const std::int64_t z0 = cell(p.z - extent.z), z1 = cell(p.z + extent.z);
   const std::uint32_t buckets = grid.mask + 1, width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, buckets));
+  std::size_t n = 0;
+  const auto add = [&](std::uint32_t first, std::uint32_t last) {
+    const Range row{start_[grid.first + first], start_[grid.first + last]};
+    if (row.begin == row.end) return;
+    __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
+    out[n++] = row;
+  };
   if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
-    out[0] = {grid.first, grid.first + buckets};
-    return 1;
+    add(0, buckets);
+    return static_cast<int>(n);
   }
-  int n = 0;
   for (std::int64_t z = z0; z <= z1; ++z)
     for (std::int64_t y = y0; y <= y1; ++y) {
       const std::uint32_t b = hash(x0, y, z) & grid.mask, e = b + width;
-      out[static_cast<std::size_t>(n++)] = {b, std::min(e, buckets)};
-      if (e > buckets) out[static_cast<std::size_t>(n++)] = {0, e - buckets};
+      add(b, std::min(e, buckets));
+      if (e > buckets) add(0, e - buckets);
     }
+  if (n < 2) return static_cast<int>(n);
   // Rows that hash onto each other are merged, else their photons would count twice.
-  const std::span rows = out.first(static_cast<std::size_t>(n));
+  const std::span rows = out.first(n);
   std::ranges::sort(rows, {}, &Range::begin);
   std::size_t merged = 0;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
+  for (std::size_t i = 1; i < n; ++i) {
     if (rows[i].begin < rows[merged].end)
       rows[merged].end = std::max(rows[merged].end, rows[i].end);
     else
       rows[++merged] = rows[i];
   }
-  for (Range& row : rows) row = {row.begin + grid.first, row.end + grid.first};
-  return n == 0 ? 0 : static_cast<int>(merged) + 1;
+  return static_cast<int>(merged) + 1;
 }
 
 }  // namespace sluice

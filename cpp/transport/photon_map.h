@@ -81,7 +81,7 @@ class PhotonMap {
 
  private:
   struct Range {
-    std::uint32_t begin, end;  // of buckets, or of their photons
+    std::uint32_t begin, end;  // of photons
   };
   struct Grid {
     float inverse_cell = 1;
@@ -91,12 +91,15 @@ class PhotonMap {
   static constexpr std::uint32_t lane_count = 8;
   using Rows = std::array<Range, max_ranges>;
 
-  // Grids of reach: 2^(level - lowest) to twice that (m) in each, their cells as wide as that is at most. Beyond them reaches are clamped.
+  // Grids of reach: 2^(level - lowest) to twice that (m) in each, their cells as wide as all that a query there looks at, so that it meets two
+  // along each axis. Beyond them reaches are clamped.
   static constexpr int levels = 64, lowest = 40;
-  static constexpr int most_rows_of_level = 2 * 4 * 4;  // of at most four cells along each axis; one that runs over the table's end is two
+  static constexpr int most_rows_of_level = 2 * 3 * 3;  // three cells after rounding; a row that runs over the table's end is two
   [[nodiscard]] static float clamp_reach(float reach) noexcept { return std::min(std::max(0x1p-40f, reach), 0x1.8p23f); }
   [[nodiscard]] static int level_of(float reach) noexcept { return static_cast<int>(std::bit_cast<std::uint32_t>(clamp_reach(reach)) >> 23) - 127 + lowest; }
   [[nodiscard]] static float most_of_level(int level) noexcept { return std::bit_cast<float>(static_cast<std::uint32_t>(level - lowest + 128) << 23); }
+
+  [[nodiscard]] static float inverse_cell(int level) noexcept { return 0.5f / most_of_level(level); }
 
   [[nodiscard]] static std::int64_t cell_of(float x, float inverse_cell) noexcept { return static_cast<std::int64_t>(std::floor(std::clamp(x * inverse_cell, -1e6f, 1e6f))); }
   // Cells next to each other along x are next to each other in the table, so a row of cells is one run of photons.
@@ -104,8 +107,7 @@ class PhotonMap {
   [[nodiscard]] static std::uint32_t hash(const V3f& p, float inverse_cell) noexcept {
     return hash(cell_of(p.x, inverse_cell), cell_of(p.y, inverse_cell), cell_of(p.z, inverse_cell));
   }
-  [[nodiscard]] static int ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) noexcept;
-  void fetch(std::span<Range> rows) const noexcept;
+  [[nodiscard]] int ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) const noexcept;
   template <class Look>
   void look_at_rows(const V3f& p, const V3f& extent, Look&& look) const;
   template <class Look>
@@ -156,19 +158,11 @@ void PhotonMap::build_by_reach(Chunks chunks, unsigned arrivals, const ReachOf& 
   photons_.clear(), has_reaches_ = true;
   const auto take = [&](const Photon& photon, std::size_t i) {
     reach_[i] = clamp_reach(reach_of(photon));
-    keys_[i] = hash(photon.position, 1 / most_of_level(level_of(reach_[i])));
+    keys_[i] = hash(photon.position, inverse_cell(level_of(reach_[i])));
   };
   if (!for_each_taken(chunks, arrivals, take, pool, cancel)) return;
   lay_out_grids();
   sort(chunks, arrivals, cancel);
-}
-
-// The runs of photons in rows of buckets, on their way into the cache.
-inline void PhotonMap::fetch(std::span<Range> rows) const noexcept {
-  for (Range& row : rows) {
-    row = {start_[row.begin], start_[row.end]};
-    __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
-  }
 }
 
 // Calls look(begin, end) for runs of photons that may lie there.
@@ -176,9 +170,8 @@ template <class Look>
 void PhotonMap::look_at_rows(const V3f& p, const V3f& extent, Look&& look) const {
   if (photons_.empty()) return;
   Rows rows;
-  const std::span found = std::span(rows).first(static_cast<std::size_t>(ranges(grids_[0], p, extent, rows)));
-  fetch(found);
-  for (const auto& [begin, end] : found) look(begin, end);
+  const int count = ranges(grids_[0], p, extent, rows);
+  for (const auto& [begin, end] : std::span(rows).first(static_cast<std::size_t>(count))) look(begin, end);
 }
 
 template <class Look>
@@ -191,9 +184,7 @@ void PhotonMap::look_at_rows(const V3f& p, const Reaches& reaches, const V3f& ex
       const int level = std::countr_zero(left);
       count += ranges(grids_[static_cast<std::size_t>(level)], p, extent * std::min(most_of_level(level), reaches.most), std::span(rows).subspan(static_cast<std::size_t>(count)));
     }
-    const std::span found = std::span(rows).first(static_cast<std::size_t>(count));
-    fetch(found);
-    for (const auto& [begin, end] : found) look(begin, end);
+    for (const auto& [begin, end] : std::span(rows).first(static_cast<std::size_t>(count))) look(begin, end);
   }
 }
 

@@ -304,8 +304,9 @@ def test_identity_edit_is_no_edit(lamp):
     plain = seeds(scene, SEEDS, passes=PASSES, use_edits=False, seed=50)
     assert_same_mean(got.stack().mean((1, 2, 3)), plain.stack().mean((1, 2, 3)), finest=0.03)
     inside, _ = shadow(scene, upwards(lamp))
-    inner = inside & np.roll(inside, 1, 0) & np.roll(inside, -1, 0) & np.roll(inside, 1, 1) & np.roll(inside, -1, 1)  # more than a radius from the border
-    assert_same_mean(got.stack()[:, inner].mean((1, 2)), plain.stack()[:, inner].mean((1, 2)), finest=0.05)
+    for _ in range(math.ceil(most_range())):  # more than a radius, here a pixel's width times the range, from the border
+        inside = inside & np.roll(inside, 1, 0) & np.roll(inside, -1, 0) & np.roll(inside, 1, 1) & np.roll(inside, -1, 1)
+    assert_same_mean(got.stack()[:, inside].mean((1, 2)), plain.stack()[:, inside].mean((1, 2)), finest=0.05)
 
 
 def placed(scale=1.0, shift=(0, 0, 0)):
@@ -335,11 +336,13 @@ def test_place_and_size_change_nothing(scale, shift):
     """Direct light is the same pixel by pixel, but for those that the border of the entry crosses (where quads float higher above a far
     floor); photons may be aimed otherwise, so moved light is the same within noise."""
     here, there = (seeds(s, SEEDS, passes=PASSES, photons=PHOTONS // 2, seed=100 * i) for i, s in enumerate((placed(), placed(scale, shift))))
-    same = render(placed(scale, shift), passes=PASSES, photons=PHOTONS // 2)["Direct"]
-    first = here.renders[0]["Direct"]
+    even = {"passes": PASSES, "photons": PHOTONS // 2, "use_adaptive_sampling": False}  # the same samples
+    first, same = (render(s, **even)["Direct"] for s in (placed(), placed(scale, shift)))
     off = np.abs(same - first).max(-1) > 1e-3 * first.max()
     assert off.mean() <= (0.01 if any(shift) else 0)
     assert_same_mean(here.stack("Edited").mean((1, 2, 3)), there.stack("Edited").mean((1, 2, 3)), finest=0.03)
+    if most_range() > 1:
+        return  # how wide photons are spread near borders depends on how cells of space lie there
     a, b = (blocks(s.stack("Edited") @ LUMINANCE, 4) for s in (here, there))
     for row, column in np.argwhere(a.mean(0) > 0.5 * a.mean(0).max()):
         assert_same_mean(a[:, row, column], b[:, row, column], finest=0.15)

@@ -105,3 +105,17 @@ def test_a_caustic_is_as_bright_without_the_edit_that_counts_it(caster):
     settings = {**SHIPPED, "passes": 32, "photons": 32768}
     counted, plain = seeds(scene, 8, **settings), seeds(scene, 8, use_edits=False, seed=50, **settings)
     assert_same_mean([shown(r, "Caustic") for r in plain.renders], [shown(r, "Caustic") for r in counted.renders], finest=0.02)
+
+
+def test_a_ring_on_a_floor_of_a_hundred_kilometres():
+    """Widths are footprints of pixels: the size of the scene is no matter (numerics D6)."""
+    shown_by = {}
+    for half in (0.025, 5e4):
+        scene = Scene(size=64)
+        scene.floor(diffuse(ALBEDO), half=half)
+        lamp = ring(scene, 0.01)
+        scene.point(np.array(lamp) * 0.01, 0.003, radius=2e-4)
+        scene.perspective(looking((0, -0.012, 0.014), (0, 1, -1), up=(0, 0, 1)), 0.8)
+        shown_by[half] = seeds(scene, 12, passes=8, **{**SHIPPED, "photons": 16384}).stack("Caustics")
+        assert shown_by[half].mean(0).max() > 20 * shown_by[half].mean()  # as thin
+    assert_same_mean(*(shown.mean((1, 2, 3)) for shown in shown_by.values()), finest=0.03)
