@@ -120,7 +120,7 @@ def test_a_core_that_does_not_fit_is_one_sentence(edited_scene, launch, tmp_path
 @pytest.mark.parametrize("place", ["export", "start", "snapshot", "statistics"])
 def test_whatever_raises_becomes_a_failure(edited_scene, fake_core, monkeypatch, tmp_path, place):
     """A bug of ours must not write a black frame."""
-    def fail(*_args):
+    def fail(*_, **__):
         raise RuntimeError("a bug")
     if place == "export":
         from sluice.export import geometry

@@ -75,7 +75,8 @@ def check(scene, light, aim=AIM, takes=None, color=(1, 1, 1), **settings):
     if len(told) == 1:
         assert_blocks(blocks(got.stack("Edited") @ LUMINANCE, BLOCK), blocks(told[0] @ LUMINANCE, BLOCK))
     else:
-        assert_spread(got.stack("Edited") @ LUMINANCE, told[0] @ LUMINANCE, told[-1] @ LUMINANCE)
+        # Photons beyond the picture's border are spread the most, as the pilot does not look there: they bring in more than leaves by narrow ones
+        assert_spread(got.stack("Edited") @ LUMINANCE, told[0] @ LUMINANCE, told[-1] @ LUMINANCE, bias=0.02)
     assert not got.stack("Caustics").any() and not got.stack("Indirect").any() and not got.stack("Emission").any()
     return got, told[0]
 
@@ -140,10 +141,11 @@ def test_an_exit_grows_from_nothing():
         grown["matrix"] = matrix @ np.diag([scale, scale, scale, 1])
         r = render(scene, passes=PASSES, photons=PHOTONS)
         edit, frames = r.edit(), [*frames, r]
-        assert edit["energy_in"] / PASSES == pytest.approx(taken, rel=2e-3)
-        if scale > 1e-6:  # an entry that sends nothing on is no target of photons: what it takes is known less well
+        # By counting photons. An entry that sends nothing on is no target of theirs: fewer come by
+        assert edit["energy_in"] / PASSES == pytest.approx(taken, rel=4 / math.sqrt(edit["matched"]))
+        if scale > 1e-6:
             sent.append(edit["energy_in"])
-            assert sent[-1] == pytest.approx(sent[0], rel=1e-5)
+            assert sent[-1] == pytest.approx(sent[0], rel=4 / math.sqrt(edit["matched"]))
         assert edit["energy_out"] == pytest.approx(edit["energy_in"] * (scale**2 if scale > 1e-6 else 0), rel=1e-5)
         lit = (r["Edited"] @ LUMINANCE).sum() * (2 * scene.view / SIZE) ** 2 / (ALBEDO / math.pi)
         assert lit == pytest.approx(edit["energy_out"] / PASSES, rel=0.05 if scale >= 0.03 else 0.5)
