@@ -17,6 +17,19 @@ if not INSIDE:
     collect_ignore_glob = ["test_[!o]*.py", "test_o[!u]*.py"]
 
 
+def geometry_tree():
+    """(tree, its input node, its output node): geometry nodes that take a geometry and give one."""
+    import bpy
+    tree = bpy.data.node_groups.new("Tree", 'GeometryNodeTree')
+    if hasattr(tree, "interface"):
+        for side in ('INPUT', 'OUTPUT'):
+            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
+    else:
+        tree.inputs.new('NodeSocketGeometry', "Geometry")
+        tree.outputs.new('NodeSocketGeometry', "Geometry")
+    return tree, tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput')
+
+
 @pytest.fixture(autouse=INSIDE)
 def empty_file():
     """Each test starts in an empty file with the add-on's engine."""

@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from conftest import geometry_tree
 from mathutils import Matrix
 
 
@@ -105,14 +106,7 @@ def test_materials_per_face_and_slot_links(new_object, cube_mesh, export_now):
 
 def test_materials_set_by_a_modifier(new_object, cube_mesh, export_now):
     """Geometry nodes may set materials that no slot of the object knows."""
-    tree = bpy.data.node_groups.new("Set", 'GeometryNodeTree')
-    if hasattr(tree, "interface"):
-        for side in ('INPUT', 'OUTPUT'):
-            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
-    else:
-        tree.inputs.new('NodeSocketGeometry', "Geometry")
-        tree.outputs.new('NodeSocketGeometry', "Geometry")
-    first, last = tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput')
+    tree, first, last = geometry_tree()
     node = tree.nodes.new('GeometryNodeSetMaterial')
     node.inputs["Material"].default_value = bpy.data.materials.new("Made")
     tree.links.new(first.outputs[0], node.inputs["Geometry"])

@@ -7,6 +7,7 @@ import bits
 import bpy
 import numpy as np
 import pytest
+from conftest import geometry_tree
 from test_normals import _auto, _modified, _sphere
 
 FULL = bool(os.environ.get("SLUICE_FULL"))
@@ -28,14 +29,8 @@ def _target():
 
 def _nodes(item, kind, mode=None):
     """Geometry nodes: the mesh through one node, which takes its offset from a Normal node where it has one."""
-    tree = bpy.data.node_groups.new("Tree", 'GeometryNodeTree')
-    if hasattr(tree, "interface"):
-        for side in ('INPUT', 'OUTPUT'):
-            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
-    else:
-        tree.inputs.new('NodeSocketGeometry', "Geometry")
-        tree.outputs.new('NodeSocketGeometry', "Geometry")
-    first, last, node = tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput'), tree.nodes.new(kind)
+    tree, first, last = geometry_tree()
+    node = tree.nodes.new(kind)
     if mode:
         node.mode = mode
     else:
