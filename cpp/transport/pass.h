@@ -15,7 +15,7 @@ namespace sluice {
 
 // Names of the random keys: what a number is drawn for. What is found out before the first pass or after the last has a second name.
 enum class Purpose : std::uint64_t { Photons = 1, View, PhotonChoices, ViewChoices, Pilot, Turns, Emission };
-enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Lights, Samples };
+enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Lights, Samples, Margin };
 [[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, Purpose purpose, std::uint64_t a, std::uint64_t b = 0) noexcept {
   return mix(mix(mix(seed, static_cast<std::uint64_t>(purpose)), a), b);
 }

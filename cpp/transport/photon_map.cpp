@@ -12,7 +12,7 @@ void PhotonMap::build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& 
   photons_.clear(), has_reaches_ = false;
   const float inverse_cell = 1 / cell;
   if (!for_each_taken(chunks, arrivals, [&](const Photon& photon, std::size_t i) { keys_[i] = hash(photon.position, inverse_cell); }, pool, cancel)) return;
-  grids_[0] = {inverse_cell, 0, buckets_for(keys_.size()) - 1};
+  grids_[0] = {.inverse_cell = inverse_cell, .mask = buckets_for(keys_.size()) - 1};
   start_.assign(grids_[0].mask + 2, 0);
   for (std::uint32_t& key : keys_) key &= grids_[0].mask;
   sort(chunks, arrivals, cancel);
@@ -38,7 +38,7 @@ void PhotonMap::lay_out_grids() {
     const auto l = static_cast<std::size_t>(level);
     if (held[l] == 0) continue;
     occupied_ |= std::uint64_t{1} << level;
-    grids_[l] = {inverse_cell(level), end, buckets_for(held[l]) - 1};
+    grids_[l] = {.inverse_cell = inverse_cell(level), .first = end, .mask = buckets_for(held[l]) - 1};
     end += grids_[l].mask + 1;
   }
   start_.assign(end + 1, 0);
@@ -60,7 +60,10 @@ void PhotonMap::sort(Chunks chunks, unsigned arrivals, const std::atomic<bool>& 
       if (!takes(arrivals, photon)) continue;
       const std::uint32_t to = start_[keys_[i]]++;
       put(to, photon);
-      if (has_reaches_) per_reach2_[to] = 1 / square(reach_[i]);
+      if (has_reaches_) {
+        per_reach2_[to] = 1 / square(reach_[i]);
+        grids_[static_cast<std::size_t>(level_of(reach_[i]))].add(photon.position);
+      }
       ++i;
     }
   }
@@ -92,37 +95,37 @@ std::size_t PhotonMap::bytes() const noexcept {
 // Runs of photons that may lie there, on their way into the cache. Most rows of cells are empty where photons are few.
 int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) const noexcept {
   const auto cell = [&grid](float x) { return cell_of(x, grid.inverse_cell); };
-  const std::int64_t x0 = cell(p.x - extent.x), x1 = cell(p.x + extent.x);
-  const std::int64_t y0 = cell(p.y - extent.y), y1 = cell(p.y + extent.y);
-  const std::int64_t z0 = cell(p.z - extent.z), z1 = cell(p.z + extent.z);
-  const std::uint32_t buckets = grid.mask + 1, width = static_cast<std::uint32_t>(std::min<std::int64_t>(x1 - x0 + 1, buckets));
+  const std::int32_t x0 = cell(p.x - extent.x), x1 = cell(p.x + extent.x);
+  const std::int32_t y0 = cell(p.y - extent.y), y1 = cell(p.y + extent.y);
+  const std::int32_t z0 = cell(p.z - extent.z), z1 = cell(p.z + extent.z);
+  const std::uint32_t buckets = grid.mask + 1, width = std::min(static_cast<std::uint32_t>(x1 - x0 + 1), buckets);
   std::size_t n = 0;
   const auto add = [&](std::uint32_t first, std::uint32_t last) {
     const Range row{start_[grid.first + first], start_[grid.first + last]};
     if (row.begin == row.end) return;
     __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
-    out[n++] = row;
+    std::size_t at = n++;  // by where they begin; there are few
+    for (; at > 0 && out[at - 1].begin > row.begin; --at) out[at] = out[at - 1];
+    out[at] = row;
   };
-  if ((y1 - y0 + 1) * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
+  if (std::int64_t{y1 - y0 + 1} * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
     add(0, buckets);
     return static_cast<int>(n);
   }
-  for (std::int64_t z = z0; z <= z1; ++z)
-    for (std::int64_t y = y0; y <= y1; ++y) {
+  for (std::int32_t z = z0; z <= z1; ++z)
+    for (std::int32_t y = y0; y <= y1; ++y) {
       const std::uint32_t b = hash(x0, y, z) & grid.mask, e = b + width;
       add(b, std::min(e, buckets));
       if (e > buckets) add(0, e - buckets);
     }
   if (n < 2) return static_cast<int>(n);
   // Rows that hash onto each other are merged, else their photons would count twice.
-  const std::span rows = out.first(n);
-  std::ranges::sort(rows, {}, &Range::begin);
   std::size_t merged = 0;
   for (std::size_t i = 1; i < n; ++i) {
-    if (rows[i].begin < rows[merged].end)
-      rows[merged].end = std::max(rows[merged].end, rows[i].end);
+    if (out[i].begin < out[merged].end)
+      out[merged].end = std::max(out[merged].end, out[i].end);
     else
-      rows[++merged] = rows[i];
+      out[++merged] = out[i];
   }
   return static_cast<int>(merged) + 1;
 }

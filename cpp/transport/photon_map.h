@@ -86,6 +86,13 @@ class PhotonMap {
   struct Grid {
     float inverse_cell = 1;
     std::uint32_t first = 0, mask = 0;  // its buckets in the table: as many as a power of two
+    V3f low{infinity}, high{-infinity};  // bounds of its photons: most of a picture lies beside its caustics
+    void add(const V3f& p) noexcept {
+      for (int axis = 0; axis < 3; ++axis) low[axis] = std::min(low[axis], p[axis]), high[axis] = std::max(high[axis], p[axis]);
+    }
+    [[nodiscard]] bool is_beside(const V3f& p, const V3f& extent) const noexcept {
+      return p.x - extent.x > high.x || p.x + extent.x < low.x || p.y - extent.y > high.y || p.y + extent.y < low.y || p.z - extent.z > high.z || p.z + extent.z < low.z;
+    }
   };
   static constexpr int max_ranges = 64;
   static constexpr std::uint32_t lane_count = 8;
@@ -101,9 +108,11 @@ class PhotonMap {
 
   [[nodiscard]] static float inverse_cell(int level) noexcept { return 0.5f / most_of_level(level); }
 
-  [[nodiscard]] static std::int64_t cell_of(float x, float inverse_cell) noexcept { return static_cast<std::int64_t>(std::floor(std::clamp(x * inverse_cell, -1e6f, 1e6f))); }
+  [[nodiscard]] static std::int32_t cell_of(float x, float inverse_cell) noexcept { return static_cast<std::int32_t>(std::floor(std::clamp(x * inverse_cell, -1e6f, 1e6f))); }
   // Cells next to each other along x are next to each other in the table, so a row of cells is one run of photons.
-  [[nodiscard]] static std::uint32_t hash(std::int64_t x, std::int64_t y, std::int64_t z) noexcept { return static_cast<std::uint32_t>(x + y * 73856093 + z * 19349663); }
+  [[nodiscard]] static std::uint32_t hash(std::int32_t x, std::int32_t y, std::int32_t z) noexcept {
+    return static_cast<std::uint32_t>(x) + static_cast<std::uint32_t>(y) * 73856093u + static_cast<std::uint32_t>(z) * 19349663u;
+  }
   [[nodiscard]] static std::uint32_t hash(const V3f& p, float inverse_cell) noexcept {
     return hash(cell_of(p.x, inverse_cell), cell_of(p.y, inverse_cell), cell_of(p.z, inverse_cell));
   }
@@ -182,7 +191,9 @@ void PhotonMap::look_at_rows(const V3f& p, const Reaches& reaches, const V3f& ex
     int count = 0;
     for (; left && count + most_rows_of_level <= max_ranges; left &= left - 1) {
       const int level = std::countr_zero(left);
-      count += ranges(grids_[static_cast<std::size_t>(level)], p, extent * std::min(most_of_level(level), reaches.most), std::span(rows).subspan(static_cast<std::size_t>(count)));
+      const Grid& grid = grids_[static_cast<std::size_t>(level)];
+      const V3f around = extent * std::min(most_of_level(level), reaches.most);
+      if (!grid.is_beside(p, around)) count += ranges(grid, p, around, std::span(rows).subspan(static_cast<std::size_t>(count)));
     }
     for (const auto& [begin, end] : std::span(rows).first(static_cast<std::size_t>(count))) look(begin, end);
   }

@@ -55,11 +55,13 @@ class Pilot {
     photons_ = std::move(pilot.photons);
     size_gathers(guide, seen);
     if (cancel_ || !(footprint > 0)) return guide;
-    const std::vector<V3d> places = visible_places(seen);
     const double part = static_cast<double>(settings_.pilot_paths) / settings_.photons;  // of a pass's photons are the pilot's
     const float near = bounds.widest(footprint, false), far = bounds.widest(footprint, true);
-    guide.sharp_disks = size_disks({photons_, places, close_arrivals & ~soft_arrivals, photons_on_disk * part, guide.caustic_radius, near, near}, pool_, cancel_);
-    guide.soft_disks = size_disks({photons_, places, soft_arrivals, photons_on_soft_disk * part, guide.caustic_radius, near, far}, pool_, cancel_);
+    const auto disks_of = [&](unsigned arrivals, double held, float widest) {
+      return size_disks({photons_, visible_places(seen, arrivals), arrivals, held * part, guide.caustic_radius, near, widest}, pool_, cancel_);
+    };
+    guide.sharp_disks = disks_of(close_arrivals & ~soft_arrivals, photons_on_disk, near);
+    guide.soft_disks = disks_of(soft_arrivals, photons_on_soft_disk, far);
     return guide;
   }
 
@@ -130,12 +132,12 @@ class Pilot {
     return densities;
   }
 
-  // Where the pilot's photons lie, as far as the camera sees it.
-  std::vector<V3d> visible_places(const Visible& seen) const {
+  // Where the pilot's photons of these arrivals lie, as far as the camera sees it.
+  std::vector<V3d> visible_places(const Visible& seen, unsigned arrivals) const {
     std::vector<V3d> places;
     for (const auto& chunk : photons_)
       for (const Photon& photon : chunk)
-        if (seen.cell(V3d(photon.position)) >= 0) places.emplace_back(photon.position);
+        if ((arrivals & bit_of(photon.arrival)) && seen.cell(V3d(photon.position)) >= 0) places.emplace_back(photon.position);
     return places;
   }
 

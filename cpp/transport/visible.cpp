@@ -11,6 +11,7 @@ namespace {
 
 constexpr double cells_across = 24;  // the picture, about
 constexpr int paths_per_view_sample = 8, max_depth_of_look = 12;
+constexpr float margin = 1.0f / 16;  // around the picture, in parts of it: as wide as kernels of caustics may be
 constexpr float faces_axis = 0.4f;                              // cosine from which a normal may belong to hits counted for an axis
 constexpr double quantiles[] = {0.25, 0.5, 0.75, 0.9, 1};       // of what is seen, by its distance from the camera
 constexpr double growth_of_sights = 2.5, trimmed = 0.02;        // least ratio of radii; outliers left out of a sphere
@@ -51,16 +52,24 @@ int Visible::level(const V3d& p) const noexcept {
 void Visible::add(const Vertex& vertex, const V3f& direction) {
   Hit hit = vertex.hit;
   if (hit.ng.dot(direction) > 0) hit.ng = -hit.ng;
-  const int at = level(hit.position);
-  std::uint32_t& number = levels_.try_emplace(at, std::ldexp(1.0, at)).first->second.at(hit.position);
+  const int side = side_of(hit.ng);
+  auto& sides = sides_of(hit.position);
+  ++sides[static_cast<std::size_t>(side)];
+  if (lit_side(vertex.bsdf) == V3f(0)) ++sides[static_cast<std::size_t>(side ^ 1)];  // light comes through from behind
+  hits_.push_back(hit);
+}
+
+void Visible::add_beside(const V3d& p) { sides_of(p); }
+
+// Of the cell that holds p, made if there is none.
+Visible::Sides& Visible::sides_of(const V3d& p) {
+  const int at = level(p);
+  std::uint32_t& number = levels_.try_emplace(at, std::ldexp(1.0, at)).first->second.at(p);
   if (number == 0) {
     sides_.emplace_back();
     number = static_cast<std::uint32_t>(sides_.size());
   }
-  const int side = side_of(hit.ng);
-  ++sides_[number - 1][static_cast<std::size_t>(side)];
-  if (lit_side(vertex.bsdf) == V3f(0)) ++sides_[number - 1][static_cast<std::size_t>(side ^ 1)];  // light comes through from behind
-  hits_.push_back(hit);
+  return sides_[number - 1];
 }
 
 int Visible::cell(const V3d& p) const noexcept {
@@ -96,41 +105,67 @@ std::vector<Sight> Visible::sights() const {
   return kept;
 }
 
+namespace {
+
+// A camera ray, followed through mirrors and glass up to the first vertex that gathers light; false: it meets none.
+bool find_gathering(const Scene& scene, Ray& ray, const Sampler& sampler, Vertex& vertex, std::uint32_t& depth) {
+  for (depth = 0; depth < max_depth_of_look; ++depth) {
+    const auto hit = scene.intersect(ray);
+    if (!hit) return false;
+    make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
+    if (vertex.bsdf.events() & gathering) return true;
+    V3f onward = ray.direction;
+    if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed))
+      onward = sample->wi;
+    else if (is_black(vertex.bsdf.transparency))
+      return false;
+    ray = ray_from(*hit, onward);
+  }
+  return false;
+}
+
+// Photons just outside of the picture reach into it, so their kernels must be known there as well. As densely as in the picture.
+void look_beside(const Scene& scene, const TransportSettings& settings, int paths, const std::atomic<bool>& cancel, Visible& seen) {
+  const FrameDescription& frame = scene.frame();
+  const auto is_inside = [](float x) { return x > 0 && x < 1; };
+  Vertex vertex;
+  std::uint32_t depth = 0;
+  paths = static_cast<int>(std::lround(paths * square(1.0 + 2 * margin)));
+  for (int i = 0; i < paths && !cancel; ++i) {
+    const Sampler sampler(key_of(settings.seed, PilotPurpose::Margin), static_cast<std::uint32_t>(i));
+    const V2f at = sampler.pair(0) * (1 + 2 * margin) - V2f(margin);
+    if (is_inside(at.x) && is_inside(at.y)) continue;
+    Ray ray = scene.camera().generate(at.x * static_cast<float>(frame.width), at.y * static_cast<float>(frame.height), sampler.pair(1));
+    if (find_gathering(scene, ray, sampler, vertex, depth)) seen.add_beside(vertex.hit.position);
+  }
+}
+
+}  // namespace
+
 Visible look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel) {
   Visible seen(scene);
   const FrameDescription& frame = scene.frame();
+  const int paths = settings.pilot_paths / paths_per_view_sample;
   std::vector<double> footprints;
   int far_count = 0;
+  std::uint32_t depth = 0;
   Vertex vertex, far;
-  for (int i = 0; i < settings.pilot_paths / paths_per_view_sample && !cancel; ++i) {
+  for (int i = 0; i < paths && !cancel; ++i) {
     const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
     Ray ray = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
-    bool ended = false;
-    for (std::uint32_t depth = 0; depth < max_depth_of_look && !ended; ++depth) {
-      const auto hit = scene.intersect(ray);
-      if (!hit) break;
-      make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
-      V3f onward = ray.direction;
-      if (vertex.bsdf.events() & gathering) {
-        seen.add(vertex, ray.direction);
-        footprints.push_back(scene.camera().footprint(hit->position));
-        ended = true;
-        onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
-        if (const auto next = scene.intersect(ray_from(*hit, onward))) {
-          make_vertex(scene, *next, -onward, false, Carries::Radiance, far);
-          seen.add(far, onward);
-          seen.mean_length += next->t;
-          ++far_count;
-        }
-      } else if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed)) {
-        onward = sample->wi;
-      } else if (is_black(vertex.bsdf.transparency)) {
-        break;
-      }
-      ray = ray_from(*hit, onward);
+    if (!find_gathering(scene, ray, sampler, vertex, depth)) continue;
+    seen.add(vertex, ray.direction);
+    footprints.push_back(scene.camera().footprint(vertex.hit.position));
+    const V3f onward = Frame(vertex.bsdf.ng).to_world(sample_cosine(sampler.pair(2 + 2 * depth)));
+    if (const auto next = scene.intersect(ray_from(vertex.hit, onward))) {
+      make_vertex(scene, *next, -onward, false, Carries::Radiance, far);
+      seen.add(far, onward);
+      seen.mean_length += next->t;
+      ++far_count;
     }
   }
+  look_beside(scene, settings, paths, cancel, seen);
   seen.mean_length /= std::max(far_count, 1);
   if (footprints.empty()) return seen;
   const auto middle = footprints.begin() + static_cast<std::ptrdiff_t>(footprints.size() / 2);

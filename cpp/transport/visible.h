@@ -28,11 +28,12 @@ class Visible {
   explicit Visible(const Scene& scene) noexcept : scene_(scene) {}
 
   void add(const Vertex& vertex, const V3f& direction);  // met by a ray in that direction
+  void add_beside(const V3d& p);                         // met just outside of the picture: the cell is known, and nothing was seen in it
 
   [[nodiscard]] bool empty() const noexcept { return hits_.empty(); }
   [[nodiscard]] const std::vector<Hit>& hits() const noexcept { return hits_; }  // ng on the side that was seen; v and y take turns
   [[nodiscard]] std::size_t cell_count() const noexcept { return sides_.size(); }
-  // The cell that holds p, -1 if nothing was seen there; and its edge (m).
+  // The cell that holds p, -1 if nothing was seen there or just beside; and its edge (m).
   [[nodiscard]] int cell(const V3d& p) const noexcept;
   [[nodiscard]] double edge(const V3d& p) const noexcept;
   // How many of the hits in a cell show this side.
@@ -46,11 +47,13 @@ class Visible {
   double mean_length = 0;  // from v to y (m)
 
  private:
+  using Sides = std::array<std::uint32_t, 6>;  // hits by the axis that their normal is next to
+  Sides& sides_of(const V3d& p);
   [[nodiscard]] int level(const V3d& p) const noexcept;
 
   const Scene& scene_;
   std::map<int, NumberedCells<std::uint32_t>> levels_;  // edge 2^level; each cell holds its number + 1
-  std::vector<std::array<std::uint32_t, 6>> sides_;     // hits by the axis that their normal is next to
+  std::vector<Sides> sides_;
   std::vector<Hit> hits_;
 };
 

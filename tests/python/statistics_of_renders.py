@@ -71,8 +71,10 @@ def assert_spread(samples, narrow, wide, bias=0.003, finest=0.06):
     for weight in (np.ones_like(x), x, y, x * x, y * y):
         low, high = sorted(float((picture * weight).sum()) for picture in (narrow, wide))
         assert_between((samples * weight).sum((1, 2)), low, high, bias, finest)
-    left = samples.mean(0)[wide == 0].max(initial=0) / narrow.max()
-    assert left <= 1e-3, f"light where there must be none: {left}"  # the pictures' tails are as thin as their quadrature
+    # The pictures are sums over paths: where they met none they may have missed a few (Poisson's bound for none), each as the weakest that they have
+    few = math.log(1 / FALSE_ALARM) * wide[wide > 0].min()
+    left = samples.mean(0)[wide == 0].max(initial=0)
+    assert left <= few, f"light where there must be none: {left}, at most {few} of {narrow.max()}"
 
 
 def assert_blocks(samples, expected, bias=0.003, finest=0.06, finest_sum=0.04):
