@@ -24,7 +24,9 @@ static_assert(sizeof(V2f) == 8 && sizeof(V3f) == 12 && sizeof(std::array<std::ui
 class Reader {
  public:
   Reader(py::handle source, std::string item) : item_(std::move(item)) {
-    if (!py::isinstance<py::dict>(source)) throw SceneError(item_, "a description must be a dict, not " + std::string(py::str(py::type::of(source))));
+    if (!py::isinstance<py::dict>(source))
+      throw SceneError(item_,
+                       "a description must be a dict, not " + std::string(py::str(py::type::of(source))));
     source_ = py::reinterpret_borrow<py::dict>(source);
   }
   void rename(std::string item) { item_ = std::move(item); }
@@ -35,9 +37,7 @@ class Reader {
     if (!has(key)) return;
     try {
       to = source_[key].cast<T>();
-    } catch (const py::cast_error&) {
-      refuse(item_, key, "has a value of the wrong type or range");
-    }
+    } catch (const py::cast_error&) { refuse(item_, key, "has a value of the wrong type or range"); }
   }
   // Three numbers: a sequence or an array.
   void vector(const char* key, V3f& to) const {
@@ -45,9 +45,7 @@ class Reader {
     try {
       const auto c = py::cast<std::array<float, 3>>(py::tuple(source_[key]));
       to = {c[0], c[1], c[2]};
-    } catch (const std::exception&) {
-      refuse(item_, key, "must be three numbers");
-    }
+    } catch (const std::exception&) { refuse(item_, key, "must be three numbers"); }
   }
   // Column-vector convention outside, row vectors inside.
   void matrix(const char* key, M44d& to) const {
@@ -63,9 +61,12 @@ class Reader {
     if (!has(key)) return;
     constexpr py::ssize_t columns = sizeof(T) / sizeof(Scalar);
     const auto a = checked<Scalar>(key, 0);
-    if (columns > 1 && !(a.ndim() == 2 && a.shape(1) == columns)) refuse(item_, key, "must have " + std::to_string(columns) + " columns");
+    if (columns > 1 && !(a.ndim() == 2 && a.shape(1) == columns))
+      refuse(item_, key, "must have " + std::to_string(columns) + " columns");
     to.resize(static_cast<std::size_t>(a.size() / columns));
-    if (!to.empty()) std::memcpy(static_cast<void*>(to.data()), a.data(), static_cast<std::size_t>(a.size()) * sizeof(Scalar));
+    if (!to.empty())
+      std::memcpy(static_cast<void*>(to.data()), a.data(),
+                  static_cast<std::size_t>(a.size()) * sizeof(Scalar));
   }
   template <class Enum, std::size_t N>
   void choice(const char* key, const std::array<const char*, N>& names, Enum& to) const {
@@ -97,10 +98,12 @@ class Reader {
 
  private:
   template <class Scalar>
-  [[nodiscard]] py::array_t<Scalar, py::array::c_style> checked(const char* key, py::ssize_t dimensions) const {
+  [[nodiscard]] py::array_t<Scalar, py::array::c_style> checked(const char* key,
+                                                                py::ssize_t dimensions) const {
     using Array = py::array_t<Scalar, py::array::c_style>;
     const py::object object = source_[key];
-    if (!py::isinstance<Array>(object)) refuse(item_, key, "must be a C-contiguous array of " + std::string(py::str(py::dtype::of<Scalar>())));
+    if (!py::isinstance<Array>(object))
+      refuse(item_, key, "must be a C-contiguous array of " + std::string(py::str(py::dtype::of<Scalar>())));
     auto a = py::reinterpret_borrow<Array>(object);
     if (dimensions > 0 && a.ndim() != dimensions) refuse(item_, key, "has the wrong number of dimensions");
     return a;
@@ -110,7 +113,9 @@ class Reader {
   std::string item_;
 };
 
-std::string first_of(const std::vector<std::string>& names) { return names.empty() ? std::string() : names.front(); }
+std::string first_of(const std::vector<std::string>& names) {
+  return names.empty() ? std::string() : names.front();
+}
 
 MeshDescription read_mesh(Reader& r) {
   MeshDescription m;
@@ -152,8 +157,10 @@ LightDescription read_light(Reader& r) {
   r.value("names", l.names), r.rename(first_of(l.names));
   r.choice("kind", std::array{"Point", "Spot", "Sun", "Area"}, l.kind);
   r.choice("shape", std::array{"Square", "Rectangle", "Disk", "Ellipse"}, l.shape);
-  r.matrix("matrix", l.matrix), r.vector("color", l.color), r.value("power", l.power), r.value("radius", l.radius), r.value("angle", l.angle);
-  r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend), r.value("spot_cosine", l.spot_cosine);
+  r.matrix("matrix", l.matrix), r.vector("color", l.color), r.value("power", l.power),
+      r.value("radius", l.radius), r.value("angle", l.angle);
+  r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend),
+      r.value("spot_cosine", l.spot_cosine);
   r.value("size_x", l.size_x), r.value("size_y", l.size_y), r.value("spread", l.spread);
   r.value("casts_shadow", l.casts_shadow), r.value("visible_to_camera", l.visible_to_camera);
   return l;
@@ -165,7 +172,8 @@ NodeDescription read_node(Reader& r) {
   r.rows<float>("table", n.table);
   r.list("inputs", n.inputs, [](Reader& i) {
     InputDescription input;
-    i.value("name", input.name), i.value("value", input.value), i.value("node", input.node), i.value("output", input.output);
+    i.value("name", input.name), i.value("value", input.value), i.value("node", input.node),
+        i.value("output", input.output);
     return input;
   });
   return n;
@@ -198,7 +206,8 @@ Image read_image(Reader& r) {
 QuadDescription read_quad(Reader& r) {
   QuadDescription q;
   r.value("name", q.name), r.rename(q.name);
-  r.matrix("matrix", q.matrix), r.value("half_size", q.half_size), r.value("offset", q.offset), r.value("order", q.order);
+  r.matrix("matrix", q.matrix), r.value("half_size", q.half_size), r.value("offset", q.offset),
+      r.value("order", q.order);
   return q;
 }
 
@@ -213,8 +222,10 @@ EditDescription read_edit(Reader& r) {
     ExitDescription exit;
     x.part("quad", [&](Reader& quad) { exit.quad = read_quad(quad); });
     x.rename(exit.quad.name);
-    x.value("intensity", exit.intensity), x.value("hue_shift", exit.hue_shift), x.vector("tint", exit.tint), x.value("keep_brightness", exit.keep_brightness);
-    x.value("intensity_texture", exit.intensity_texture), x.value("hue_shift_texture", exit.hue_shift_texture);
+    x.value("intensity", exit.intensity), x.value("hue_shift", exit.hue_shift), x.vector("tint", exit.tint),
+        x.value("keep_brightness", exit.keep_brightness);
+    x.value("intensity_texture", exit.intensity_texture),
+        x.value("hue_shift_texture", exit.hue_shift_texture);
     x.value("normal_map", exit.normal_map);
     return exit;
   });
@@ -229,7 +240,8 @@ void read_camera(Reader& r, CameraDescription& c) {
   r.value("ortho_scale", c.ortho_scale), r.value("shift_x", c.shift_x), r.value("shift_y", c.shift_y);
   r.value("clip_start", c.clip_start), r.value("clip_end", c.clip_end);
   r.value("aperture_radius", c.aperture_radius), r.value("focus_distance", c.focus_distance);
-  r.value("aperture_blades", c.aperture_blades), r.value("aperture_rotation", c.aperture_rotation), r.value("aperture_ratio", c.aperture_ratio);
+  r.value("aperture_blades", c.aperture_blades), r.value("aperture_rotation", c.aperture_rotation),
+      r.value("aperture_ratio", c.aperture_ratio);
 }
 
 void read_frame(Reader& r, FrameDescription& f) {
@@ -244,7 +256,8 @@ void read_shot_into(Reader& r, ShotDescription& s) {
   r.list("edits", s.edits, read_edit);
   r.list("layers", s.layers, [](Reader& layer) {
     LayerDescription l;
-    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"), layer.value("expression", l.expression);
+    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"),
+        layer.value("expression", l.expression);
     return l;
   });
   r.part("camera", [&](Reader& camera) { read_camera(camera, s.camera); });
@@ -262,7 +275,10 @@ SceneDescription read_description(const py::dict& scene) {
   r.list("lights", s.lights, read_light);
   r.list("materials", s.materials, read_material);
   r.list("images", s.images, read_image);
-  r.part("world", [&](Reader& world) { world.value("name", s.world.name), world.value("material", s.world.material), world.value("resolution", s.world.resolution); });
+  r.part("world", [&](Reader& world) {
+    world.value("name", s.world.name), world.value("material", s.world.material),
+        world.value("resolution", s.world.resolution);
+  });
   r.value("specular_threshold", s.specular_threshold);
   read_shot_into(r, s);
   return s;
@@ -281,14 +297,20 @@ RenderSettings read_settings(const py::dict& settings) {
   TransportSettings& t = s.transport;
   std::int64_t seed = 0;
   double error_percent = 0;
-  r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed), r.value("use_animated_seed", s.use_animated_seed);
-  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths), r.value("state_memory", t.state_memory);
+  r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed),
+      r.value("use_animated_seed", s.use_animated_seed);
+  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths),
+      r.value("state_memory", t.state_memory);
   r.value("time_limit", s.time_limit), r.value("error_target", error_percent);
-  r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics), r.value("use_edited", t.use_edited);
-  r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits), r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);
-  r.value("caustic_radius_factor", t.caustic_radius_factor), r.value("caustic_radius_range", t.caustic_radius_range);
+  r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics),
+      r.value("use_edited", t.use_edited);
+  r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits),
+      r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);
+  r.value("caustic_radius_factor", t.caustic_radius_factor),
+      r.value("caustic_radius_range", t.caustic_radius_range);
   r.value("soft_range", t.soft_range);
-  r.value("use_adaptive_sampling", t.use_adaptive_sampling), r.value("threads", s.threads), r.value("frame", s.frame);
+  r.value("use_adaptive_sampling", t.use_adaptive_sampling), r.value("threads", s.threads),
+      r.value("frame", s.frame);
   t.seed = static_cast<std::uint64_t>(seed);
   s.error_target = error_percent / 100;
   return s;

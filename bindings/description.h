@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Python's dicts to the core's plain data. The keys are the members' names; a missing key keeps the member's default, a wrong type is
-// a SceneError that names the thing and the key. Arrays must have the exact dtype and shape and are copied once.
+// Python's dicts to the core's plain data. The keys are the members' names; a missing key keeps the member's
+// default, a wrong type is a SceneError that names the thing and the key. Arrays must have the exact dtype
+// and shape and are copied once.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -62,8 +62,9 @@ class Tree:
     def instructions(self, scene):
         """Of a render: those of the whole program less those of it without the render."""
         def count(*more):
-            command = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable, TOOLS / "same_films.py", self.scenes, scene, *more)
-            return int(re.search(r"Collected : (\d+)", run(*command, env=self.environment).stderr)[1])
+            program = (sys.executable, TOOLS / "same_films.py", self.scenes, scene, *more)
+            counted = run("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *program, env=self.environment)
+            return int(re.search(r"Collected : (\d+)", counted.stderr)[1])
         return count() - count("idle")
 
 

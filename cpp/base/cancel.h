@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How what compiles a scene learns that nobody wants it any more. It asks at points less than a tenth of a second apart and ends by an
-// exception, which is no error and does not leave compile(). Passes look at a flag instead.
+// How what compiles a scene learns that nobody wants it any more. It asks at points less than a tenth of a
+// second apart and ends by an exception, which is no error and does not leave compile(). Passes look at a
+// flag instead.
 #pragma once
 #include <cstddef>
 #include <functional>

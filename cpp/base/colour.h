@@ -7,7 +7,9 @@ namespace sluice {
 
 using Color = V3f;
 
-[[nodiscard]] inline float luminance(const Color& c) noexcept { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+[[nodiscard]] inline float luminance(const Color& c) noexcept {
+  return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
 [[nodiscard]] inline bool is_black(const Color& c) noexcept { return c.x == 0 && c.y == 0 && c.z == 0; }
 
 }  // namespace sluice

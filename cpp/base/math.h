@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Vectors, matrices and frames: Imath's types under short names. Float for shading and storage, double wherever a gate or a hit
-// position is decided (numerics: a hit must be known far better than the distance a quad floats in front of its plane).
+// Vectors, matrices and frames: Imath's types under short names. Float for shading and storage, double
+// wherever a gate or a hit position is decided (numerics: a hit must be known far better than the distance a
+// quad floats in front of its plane).
 #pragma once
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
@@ -22,7 +23,9 @@ inline constexpr float pi = std::numbers::pi_v<float>;
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
 
 template <class T>
-[[nodiscard]] inline T square(T x) noexcept { return x * x; }
+[[nodiscard]] inline T square(T x) noexcept {
+  return x * x;
+}
 
 template <class T>
 [[nodiscard]] inline bool is_finite(const Imath::Vec3<T>& v) noexcept {
@@ -41,7 +44,8 @@ struct Frame {
     t = V3f(1.0f + sign * n.x * n.x * a, sign * c, -sign * n.x);
     b = V3f(c, sign + n.y * n.y * a, -n.y);
   }
-  Frame(const V3f& tangent, const V3f& bitangent, const V3f& normal) noexcept : t(tangent), b(bitangent), n(normal) {}
+  Frame(const V3f& tangent, const V3f& bitangent, const V3f& normal) noexcept
+      : t(tangent), b(bitangent), n(normal) {}
 
   [[nodiscard]] V3f to_local(const V3f& w) const noexcept { return {w.dot(t), w.dot(b), w.dot(n)}; }
   [[nodiscard]] V3f to_world(const V3f& l) const noexcept { return t * l.x + b * l.y + n * l.z; }

@@ -25,7 +25,8 @@ namespace sluice {
   return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};
 }
 
-// Uniform directions within a cone around +z, given 1 - cos of its half angle (kept small angles exact); density 1 / (2 pi (1 - cos)).
+// Uniform directions within a cone around +z, given 1 - cos of its half angle (kept small angles exact);
+// density 1 / (2 pi (1 - cos)).
 [[nodiscard]] inline V3f sample_cone(const V2f& u, float one_minus_cos) noexcept {
   const float h = u.x * one_minus_cos;  // 1 - cos(theta)
   const float r = std::sqrt(std::max(0.0f, h * (2 - h))), phi = 2 * pi * u.y;
@@ -50,7 +51,9 @@ class Distribution {
   [[nodiscard]] bool empty() const noexcept { return !(total_ > 0); }
   [[nodiscard]] std::size_t size() const noexcept { return cdf_.size(); }
   [[nodiscard]] double total() const noexcept { return total_; }
-  [[nodiscard]] float pmf(std::size_t i) const noexcept { return static_cast<float>(cdf_[i] - (i ? cdf_[i - 1] : 0)); }
+  [[nodiscard]] float pmf(std::size_t i) const noexcept {
+    return static_cast<float>(cdf_[i] - (i ? cdf_[i - 1] : 0));
+  }
 
   struct Choice {
     std::size_t index;
@@ -58,10 +61,12 @@ class Distribution {
   };
   [[nodiscard]] Choice sample(double u) const noexcept {
     auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
-    while (it == cdf_.end() || (it != cdf_.begin() && *it == *(it - 1))) --it;  // rounding: back to an entry of weight > 0
+    // rounding: back to an entry of weight > 0
+    while (it == cdf_.end() || (it != cdf_.begin() && *it == *(it - 1))) --it;
     const auto i = static_cast<std::size_t>(it - cdf_.begin());
     const double low = i ? cdf_[i - 1] : 0, width = cdf_[i] - low;
-    return {i, static_cast<float>(width), std::clamp(static_cast<float>((u - low) / width), 0.0f, 0x1.fffffep-1f)};
+    return {i, static_cast<float>(width),
+            std::clamp(static_cast<float>((u - low) / width), 0.0f, 0x1.fffffep-1f)};
   }
 
  private:

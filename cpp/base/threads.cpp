@@ -10,7 +10,8 @@
 namespace sluice {
 namespace {
 
-// Denormals cost up to 100 cycles each; flush them in our threads only, the caller's mode is restored (Blender must not inherit it).
+// Denormals cost up to 100 cycles each; flush them in our threads only, the caller's mode is restored
+// (Blender must not inherit it).
 class FlushDenormals {
  public:
 #if defined(__SSE2__)
@@ -24,10 +25,13 @@ class FlushDenormals {
 
 }  // namespace
 
-int hardware_threads() noexcept { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+int hardware_threads() noexcept {
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
 
 ThreadPool::ThreadPool(int threads) {
-  for (int i = 1; i < std::max(1, threads); ++i) workers_.emplace_back([this, i](const std::stop_token& stop) { worker_loop(stop, i); });
+  for (int i = 1; i < std::max(1, threads); ++i)
+    workers_.emplace_back([this, i](const std::stop_token& stop) { worker_loop(stop, i); });
 }
 
 ThreadPool::~ThreadPool() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A small pool of std::jthread for parallel loops. TBB is avoided on purpose: it is the commonest clash inside Blender.
+// A small pool of std::jthread for parallel loops. TBB is avoided on purpose: it is the commonest clash
+// inside Blender.
 #pragma once
 #include <condition_variable>
 #include <cstddef>
@@ -20,7 +21,8 @@ class ThreadPool {
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(workers_.size()) + 1; }
 
-  // Calls body(index, thread) once for each index in [0, count), in any order; thread is in [0, size()). Serial form:
+  // Calls body(index, thread) once for each index in [0, count), in any order; thread is in [0, size()).
+  // Serial form:
   //   for (i = 0; i < count; ++i) body(i, 0);
   // Returns when all are done. The first exception of a body is rethrown here, in the caller's thread.
   void parallel_for(std::size_t count, const std::function<void(std::size_t, int)>& body);
@@ -39,7 +41,8 @@ class ThreadPool {
   std::vector<std::jthread> workers_;  // last: joined before the state above dies
 };
 
-// A function on a thread of its own, which the destructor waits for. What it throws is its own business: it must catch.
+// A function on a thread of its own, which the destructor waits for. What it throws is its own business: it
+// must catch.
 class BackgroundTask {
  public:
   BackgroundTask() = default;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An array that begins as zeros and takes no time for it: the system lays down its pages when they are first touched, by whichever thread
-// does. (std::vector would write them all, one after the other.)
+// An array that begins as zeros and takes no time for it: the system lays down its pages when they are first
+// touched, by whichever thread does. (std::vector would write them all, one after the other.)
 #pragma once
 #include <cstdlib>
 #include <memory>

@@ -27,23 +27,27 @@ struct WordAcceptor {
     automata = compile_automata({&rule, 1}, entities, gates);
     int entity = 0, gate = 0;
     for (const NamedEvent& event : named)
-      classes.push_back(event.kind == Event::F ? automata.alphabet.gate(gate++) : automata.alphabet.event(event.kind, entity++));
+      classes.push_back(event.kind == Event::F ? automata.alphabet.gate(gate++)
+                                               : automata.alphabet.event(event.kind, entity++));
   }
 };
 
 }  // namespace
 
-std::vector<std::uint8_t> accepts_many(std::string_view expression, std::span<const std::string> events, std::span<const std::uint8_t> words,
-                                       std::size_t length) {
-  if (events.size() >= word_end) throw SceneError(std::string(expression), "words are written with at most 254 different events");
-  if (length ? words.size() % length != 0 : !words.empty()) throw SceneError(std::string(expression), "words come in rows of equal length");
+std::vector<std::uint8_t> accepts_many(std::string_view expression, std::span<const std::string> events,
+                                       std::span<const std::uint8_t> words, std::size_t length) {
+  if (events.size() >= word_end)
+    throw SceneError(std::string(expression), "words are written with at most 254 different events");
+  if (length ? words.size() % length != 0 : !words.empty())
+    throw SceneError(std::string(expression), "words come in rows of equal length");
   const WordAcceptor acceptor(expression, events);
   const Dfa& dfa = acceptor.automata.forward.front();
   std::vector<std::uint8_t> accepted;
   for (std::size_t row = 0; row < words.size(); row += length) {
     std::uint16_t state = 0;
     for (std::size_t i = row; i < row + length && words[i] != word_end; ++i) {
-      if (words[i] >= events.size()) throw SceneError(std::string(expression), "a word names an event that was not given");
+      if (words[i] >= events.size())
+        throw SceneError(std::string(expression), "a word names an event that was not given");
       state = dfa.step(state, acceptor.classes[words[i]]);
     }
     accepted.push_back(dfa.accepts(state).empty() ? 0 : 1);

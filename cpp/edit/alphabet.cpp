@@ -13,16 +13,19 @@
 
 namespace sluice {
 
-// Events are told apart by kind and by those of their names that some rule mentions: usually none, so scenes of any size have few.
+// Events are told apart by kind and by those of their names that some rule mentions: usually none, so scenes
+// of any size have few.
 class AlphabetBuilder {
  public:
-  AlphabetBuilder(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel)
+  AlphabetBuilder(std::span<const Rule> rules, std::span<const Entity> entities,
+                  std::span<const Entity> gates, const CancelPoint& cancel)
       : rules_(rules), cancel_(cancel) {
     for (const Rule& rule : rules)
       for (const Atom& atom : rule.expression->atoms)
         for (const Symbol& symbol : atom.symbols)
-          for (const std::string& name : symbol.names) mentioned_.emplace(name, static_cast<int>(mentioned_.size()));
-    name_class({});  // class 0: nothing that a rule mentions
+          for (const std::string& name : symbol.names)
+            mentioned_.emplace(name, static_cast<int>(mentioned_.size()));
+    name_class({});               // class 0: nothing that a rule mentions
     name_class_of_.push_back(0);  // of a thing without a name
     for (const Entity& entity : entities) name_class_of_.push_back(name_class(mentioned(entity)));
     for (const Entity& gate : gates) gates_.push_back(mentioned(gate));
@@ -53,7 +56,9 @@ class AlphabetBuilder {
   }
 
   // All events that can differ: kinds × name classes, then one F per gate.
-  [[nodiscard]] std::size_t universe() const noexcept { return name_list_.size() * event_count + gates_.size(); }
+  [[nodiscard]] std::size_t universe() const noexcept {
+    return name_list_.size() * event_count + gates_.size();
+  }
 
   // An atom with its names as numbers.
   struct NumberedSymbol {
@@ -69,10 +74,13 @@ class AlphabetBuilder {
     return symbols;
   }
 
-  [[nodiscard]] static bool matches(const std::vector<NumberedSymbol>& symbols, bool negated, Event kind, const Names& names) {
+  [[nodiscard]] static bool matches(const std::vector<NumberedSymbol>& symbols, bool negated, Event kind,
+                                    const Names& names) {
     const EventMask bit = mask_of(kind);
     const bool any = std::any_of(symbols.begin(), symbols.end(), [&](const NumberedSymbol& symbol) {
-      return (symbol.kinds & bit) && (symbol.names.empty() || std::find_first_of(names.begin(), names.end(), symbol.names.begin(), symbol.names.end()) != names.end());
+      return (symbol.kinds & bit) &&
+             (symbol.names.empty() || std::find_first_of(names.begin(), names.end(), symbol.names.begin(),
+                                                         symbol.names.end()) != names.end());
     });
     return negated ? !any && (any_interaction & bit) : any;
   }
@@ -88,11 +96,16 @@ class AlphabetBuilder {
         std::size_t event = 0;
         for (const Names& names : name_list_)
           for (int kind = 0; kind < event_count; ++kind, ++event)
-            if (static_cast<Event>(kind) != Event::F && matches(symbols, atom.negated, static_cast<Event>(kind), names)) set_bit(bits, event);
-        // An edit that acts once never sees its own F before it acts, so that F may count as any: it counts as a nameless one, and
-        // edits that guard against themselves, L(!F'A')*S, keep the automaton of L.*S (design §3).
+            if (static_cast<Event>(kind) != Event::F &&
+                matches(symbols, atom.negated, static_cast<Event>(kind), names))
+              set_bit(bits, event);
+        // An edit that acts once never sees its own F before it acts, so that F may count as any: it counts
+        // as a nameless one, and edits that guard against themselves, L(!F'A')*S, keep the automaton of L.*S
+        // (design §3).
         for (std::size_t g = 0; g < gates_.size(); ++g, ++event)
-          if (matches(symbols, atom.negated, Event::F, static_cast<int>(g) == rule.own_gate ? Names{} : gates_[g])) set_bit(bits, event);
+          if (matches(symbols, atom.negated, Event::F,
+                      static_cast<int>(g) == rule.own_gate ? Names{} : gates_[g]))
+            set_bit(bits, event);
         meaning.push_back(known.emplace(bits, static_cast<std::uint32_t>(known.size())).first->second);
       }
     }
@@ -100,7 +113,8 @@ class AlphabetBuilder {
     for (const auto& [bits, number] : known) meanings_[number] = bits;
   }
 
-  // Splits the universe by each meaning in turn: what lies in it leaves its class for a new one. Then numbers what is left.
+  // Splits the universe by each meaning in turn: what lies in it leaves its class for a new one. Then numbers
+  // what is left.
   void find_classes() {
     std::vector<std::uint32_t> classes(universe(), 0);
     std::uint32_t made = 1;
@@ -114,15 +128,19 @@ class AlphabetBuilder {
       });
     }
     split.clear();
-    for (std::uint32_t& c : classes) c = split.emplace(c, static_cast<std::uint32_t>(split.size())).first->second;
+    for (std::uint32_t& c : classes)
+      c = split.emplace(c, static_cast<std::uint32_t>(split.size())).first->second;
     const std::size_t count = split.size();
-    if (count > std::numeric_limits<EventClass>::max()) throw SceneError("", "the expressions of the edits name too many different things; use fewer names");
+    if (count > std::numeric_limits<EventClass>::max())
+      throw SceneError("", "the expressions of the edits name too many different things; use fewer names");
 
     Alphabet& alphabet = out_.alphabet;
     alphabet.size_ = static_cast<int>(count);
     for (const std::uint32_t names : name_class_of_)
-      for (std::size_t kind = 0; kind < event_count; ++kind) alphabet.classes_.push_back(static_cast<EventClass>(classes[names * event_count + kind]));
-    for (std::size_t event = name_list_.size() * event_count; event < classes.size(); ++event) alphabet.gates_.push_back(static_cast<EventClass>(classes[event]));
+      for (std::size_t kind = 0; kind < event_count; ++kind)
+        alphabet.classes_.push_back(static_cast<EventClass>(classes[names * event_count + kind]));
+    for (std::size_t event = name_list_.size() * event_count; event < classes.size(); ++event)
+      alphabet.gates_.push_back(static_cast<EventClass>(classes[event]));
     for (const Bits& meaning : meanings_) {
       Bits& matcher = out_.matchers.emplace_back((count + 63) / 64);
       for_each_bit(meaning, [&](std::size_t event) { set_bit(matcher, classes[event]); });
@@ -139,14 +157,16 @@ class AlphabetBuilder {
   ClassedRules out_;
 };
 
-ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel) {
+ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities,
+                      std::span<const Entity> gates, const CancelPoint& cancel) {
   return AlphabetBuilder(rules, entities, gates, cancel).build();
 }
 
-void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings,
-                        const CancelPoint& cancel) {
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities,
+                        std::span<const Entity> gates, Warnings& warnings, const CancelPoint& cancel) {
   std::unordered_set<std::string_view> known, known_gates;
-  std::vector<const std::string*> all, all_gates;  // in the scene's order, so that the nearest of equals does not change
+  // in the scene's order, so that the nearest of equals does not change
+  std::vector<const std::string*> all, all_gates;
   const auto learn = [](std::span<const Entity> things, auto& set, auto& list) {
     for (const Entity& thing : things)
       for (const std::string& name : thing.names)
@@ -164,8 +184,10 @@ void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> ent
           const bool is_gate = symbol.kinds == mask_of(Event::F);
           if ((is_gate ? known_gates : known).contains(name) || !said.insert(name).second) continue;
           const std::string* nearest = nearest_name(name, is_gate ? all_gates : all);
-          warnings.push_back({rule.name, (is_gate ? "no edit or collection is named '" : "no object, light or collection is named '") + name + "'" +
-                                             (nearest ? "; the nearest name is '" + *nearest + "'" : std::string())});
+          warnings.push_back(
+              {rule.name,
+               (is_gate ? "no edit or collection is named '" : "no object, light or collection is named '") +
+                   name + "'" + (nearest ? "; the nearest name is '" + *nearest + "'" : std::string())});
         }
   }
 }

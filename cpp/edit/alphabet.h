@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Event classes of a scene for a set of rules: which events no symbol of any rule can tell apart. Only the compiler of automata
-// needs this; paths use the Alphabet.
+// Event classes of a scene for a set of rules: which events no symbol of any rule can tell apart. Only the
+// compiler of automata needs this; paths use the Alphabet.
 #pragma once
 #include <bit>
 #include <cstdint>
@@ -12,7 +12,9 @@
 namespace sluice {
 
 using Bits = std::vector<std::uint64_t>;
-[[nodiscard]] inline bool has_bit(const Bits& bits, std::size_t i) noexcept { return (bits[i / 64] >> (i % 64)) & 1; }
+[[nodiscard]] inline bool has_bit(const Bits& bits, std::size_t i) noexcept {
+  return (bits[i / 64] >> (i % 64)) & 1;
+}
 inline void set_bit(Bits& bits, std::size_t i) noexcept { bits[i / 64] |= 1ull << (i % 64); }
 template <class F>
 void for_each_bit(const Bits& bits, const F& f) {
@@ -22,10 +24,11 @@ void for_each_bit(const Bits& bits, const F& f) {
 
 struct ClassedRules {
   Alphabet alphabet;
-  std::vector<Bits> matchers;                   // distinct meanings of atoms: the event classes that match
+  std::vector<Bits> matchers;  // distinct meanings of atoms: the event classes that match
   std::vector<std::vector<std::uint32_t>> meaning;  // [rule][atom] -> matchers
 };
 
-[[nodiscard]] ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, const CancelPoint& cancel);
+[[nodiscard]] ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities,
+                                    std::span<const Entity> gates, const CancelPoint& cancel);
 
 }  // namespace sluice

@@ -17,7 +17,9 @@ namespace {
 // Two rules with equal keys have one automaton: same positions, same meanings.
 std::vector<std::uint64_t> key_of(const Positions& positions, const std::vector<std::uint32_t>& meaning) {
   std::vector<std::uint64_t> key{positions.nullable ? 1u : 0u};
-  const auto append = [&key](const PositionSet& set) { key.insert(key.end(), set.words.begin(), set.words.end()); };
+  const auto append = [&key](const PositionSet& set) {
+    key.insert(key.end(), set.words.begin(), set.words.end());
+  };
   append(positions.first);
   append(positions.last);
   for (int p = 0; p < positions.size(); ++p) {
@@ -31,7 +33,8 @@ std::vector<std::uint64_t> key_of(const Positions& positions, const std::vector<
 std::vector<Dfa> share(std::vector<Dfa> dfas, const CancelPoint& cancel) {
   for (bool merged = true; merged && dfas.size() > 1;) {
     merged = false;
-    std::stable_sort(dfas.begin(), dfas.end(), [](const Dfa& a, const Dfa& b) { return a.states < b.states; });
+    std::stable_sort(dfas.begin(), dfas.end(),
+                     [](const Dfa& a, const Dfa& b) { return a.states < b.states; });
     std::vector<Dfa> next;
     for (std::size_t i = 0; i < dfas.size(); i += 2) {
       cancel();
@@ -52,8 +55,8 @@ std::vector<Dfa> share(std::vector<Dfa> dfas, const CancelPoint& cancel) {
 
 }  // namespace
 
-Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates,
-                           const CancelPoint& cancel) {
+Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities,
+                          std::span<const Entity> gates, const CancelPoint& cancel) {
   ClassedRules classed = classify(rules, entities, gates, cancel);
   Automata automata;
   for (std::vector<Dfa>* group : {&automata.forward, &automata.backward, &automata.layers}) {
@@ -66,12 +69,15 @@ Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> e
       cancel();
       Positions positions = make_positions(*rules[r].expression);
       if (backward) positions = reversed(positions);
-      const auto [it, is_new] = known.emplace(key_of(positions, classed.meaning[r]), static_cast<std::uint16_t>(users.size()));
+      const auto [it, is_new] =
+          known.emplace(key_of(positions, classed.meaning[r]), static_cast<std::uint16_t>(users.size()));
       if (is_new) {
-        auto dfa = determinised(positions, classed.meaning[r], classed.matchers, classed.alphabet.size(), it->second);
+        auto dfa = determinised(positions, classed.meaning[r], classed.matchers, classed.alphabet.size(),
+                                it->second);
         if (!dfa) {
           throw ExpressionError(rules[r].name, 1,
-                                "this expression needs more than 4,096 states; write fewer . or {n,m} behind a *, each of them doubles the states");
+                                "this expression needs more than 4,096 states; write fewer . or {n,m} behind "
+                                "a *, each of them doubles the states");
         }
         dfas.push_back(minimised(*dfa, cancel));
         users.emplace_back();
@@ -82,7 +88,8 @@ Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> e
     for (Dfa& dfa : dfas)
       for (auto& accepting : dfa.accepting) {
         std::vector<std::uint16_t> all;
-        for (const std::uint16_t expression : accepting) all.insert(all.end(), users[expression].begin(), users[expression].end());
+        for (const std::uint16_t expression : accepting)
+          all.insert(all.end(), users[expression].begin(), users[expression].end());
         std::sort(all.begin(), all.end());
         accepting = std::move(all);
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From expressions to tables (design §3): the events of a scene fall into classes that no expression can tell apart, and
-// expressions of one side share a deterministic automaton while it has at most 4,096 states. Knows no geometry and no path.
+// From expressions to tables (design §3): the events of a scene fall into classes that no expression can tell
+// apart, and expressions of one side share a deterministic automaton while it has at most 4,096 states. Knows
+// no geometry and no path.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -14,7 +15,8 @@
 
 namespace sluice {
 
-// What an event happened at: an object with its collections, a light, the world, the camera. Names as expressions write them.
+// What an event happened at: an object with its collections, a light, the world, the camera. Names as
+// expressions write them.
 struct Entity {
   std::vector<std::string> names;
   EventMask events = any_event;  // what can happen there at all
@@ -43,38 +45,43 @@ class Alphabet {
 // Complete: every state has a successor for every class. State 0 is the start.
 struct Dfa {
   int states = 0, columns = 0;
-  std::vector<std::uint16_t> column;   // [event class]
-  std::vector<std::uint16_t> next;     // [state * columns + column]
-  std::vector<std::uint16_t> label;    // [state] -> accepting
-  std::vector<std::vector<std::uint16_t>> accepting;  // [label] -> numbers of the expressions that accept, ascending
+  std::vector<std::uint16_t> column;  // [event class]
+  std::vector<std::uint16_t> next;    // [state * columns + column]
+  std::vector<std::uint16_t> label;   // [state] -> accepting
+  // [label] -> numbers of the expressions that accept, ascending
+  std::vector<std::vector<std::uint16_t>> accepting;
 
   [[nodiscard]] std::uint16_t step(std::uint16_t state, EventClass event) const noexcept {
     return next[static_cast<std::size_t>(state) * static_cast<std::size_t>(columns) + column[event]];
   }
-  [[nodiscard]] std::span<const std::uint16_t> accepts(std::uint16_t state) const noexcept { return accepting[label[state]]; }
+  [[nodiscard]] std::span<const std::uint16_t> accepts(std::uint16_t state) const noexcept {
+    return accepting[label[state]];
+  }
 };
 
 // One edit, layer or test expression on its way into an automaton.
 struct Rule {
-  std::string name;               // said in errors and warnings
+  std::string name;  // said in errors and warnings
   const Expression* expression = nullptr;
-  int own_gate = -1;              // an edit that acts once: its own F cannot occur before it acts, so it need not be told apart
-  bool reversed = false;          // view edits are read from E backward
-  bool is_layer = false;          // layers are read from L to E, by automata of their own
+  // an edit that acts once: its own F cannot occur before it acts, so it need not be told apart
+  int own_gate = -1;
+  bool reversed = false;  // view edits are read from E backward
+  bool is_layer = false;  // layers are read from L to E, by automata of their own
 };
 
 // F at edit g is an event at gates[g].
 struct Automata {
   Alphabet alphabet;
-  std::vector<Dfa> forward, backward, layers;  // for light edits, view edits and layers; accepting lists hold indices of rules
+  // for light edits, view edits and layers; accepting lists hold indices of rules
+  std::vector<Dfa> forward, backward, layers;
 };
 
 // Throws ExpressionError naming the rule that does not fit into max_dfa_states alone.
-[[nodiscard]] Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates,
-                                         const CancelPoint& cancel = {});
+[[nodiscard]] Automata compile_automata(std::span<const Rule> rules, std::span<const Entity> entities,
+                                        std::span<const Entity> gates, const CancelPoint& cancel = {});
 
 // Names that nothing bears: a warning on the rule, with the nearest name that exists.
-void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities, std::span<const Entity> gates, Warnings& warnings,
-                        const CancelPoint& cancel = {});
+void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities,
+                        std::span<const Entity> gates, Warnings& warnings, const CancelPoint& cancel = {});
 
 }  // namespace sluice

@@ -16,7 +16,8 @@ constexpr std::size_t max_edits = 65'000;  // rules, of layers too, are numbered
 double largest_coordinate(const Box& box, const V3d& from) noexcept {
   if (box.isEmpty()) return 0;
   const V3d low = box.min - from, high = box.max - from;
-  return std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y), std::abs(high.z)});
+  return std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z), std::abs(high.x), std::abs(high.y),
+                   std::abs(high.z)});
 }
 
 void extend(Box& box, const QuadDescription& quad) {
@@ -37,7 +38,8 @@ double extent_of(std::span<const EditDescription> edits, Box box) {
   return box.isEmpty() ? 0 : (box.max - box.min).length();
 }
 
-// Names of the edit's quads that are refused. An exit may have no area: it sends nothing, as its light goes to 0 with its area.
+// Names of the edit's quads that are refused. An exit may have no area: it sends nothing, as its light goes
+// to 0 with its area.
 std::vector<std::string> refused_quads(const EditDescription& edit, double extent) {
   std::vector<std::string> names;
   if (!make_quad(edit.entry, V3d(0), extent)) names.push_back(edit.entry.name);
@@ -46,9 +48,11 @@ std::vector<std::string> refused_quads(const EditDescription& edit, double exten
   return names;
 }
 
-float checked(float value, float low, float high, float instead, const std::string& item, const char* what, Warnings& warnings) {
+float checked(float value, float low, float high, float instead, const std::string& item, const char* what,
+              Warnings& warnings) {
   if (!std::isfinite(value)) {
-    warnings.push_back({item, std::string(what) + " is not a number; " + (instead == 0 ? "0" : "1") + " is used"});
+    warnings.push_back(
+        {item, std::string(what) + " is not a number; " + (instead == 0 ? "0" : "1") + " is used"});
     return instead;
   }
   if (value < low || value > high) {
@@ -61,20 +65,24 @@ float checked(float value, float low, float high, float instead, const std::stri
 // Of images that are no colours the loader leaves them, but there is no negative light.
 std::size_t negative_texels(const Image& image) {
   std::size_t count = 0;
-  for (std::size_t k = 0; k < image.rgba.size(); k += 4) count += luminance(Color(image.rgba[k], image.rgba[k + 1], image.rgba[k + 2])) < 0;
+  for (std::size_t k = 0; k < image.rgba.size(); k += 4)
+    count += luminance(Color(image.rgba[k], image.rgba[k + 1], image.rgba[k + 2])) < 0;
   return count;
 }
 
-// The artist's colour at luminance 1, so that it colours white light and leaves it as bright; greys and black are white, bit by bit.
+// The artist's colour at luminance 1, so that it colours white light and leaves it as bright; greys and black
+// are white, bit by bit.
 Color checked_tint(const Color& tint, const std::string& item, Warnings& warnings) {
   if (!is_finite(tint)) {
     warnings.push_back({item, "tint is not a colour; white is used"});
     return Color(1);
   }
   const V3d c(std::max(tint.x, 0.0f), std::max(tint.y, 0.0f), std::max(tint.z, 0.0f));
-  if (c != V3d(tint.x, tint.y, tint.z)) warnings.push_back({item, "tint lies outside of its range and is clamped"});
+  if (c != V3d(tint.x, tint.y, tint.z))
+    warnings.push_back({item, "tint lies outside of its range and is clamped"});
   if (c.x == c.y && c.y == c.z) return Color(1);
-  return Color(c / (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z));  // in double: it may be as dark or bright as floats are
+  // in double: it may be as dark or bright as floats are
+  return Color(c / (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z));
 }
 
 }  // namespace
@@ -83,13 +91,15 @@ Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds)
   const double extent = extent_of(edits, scene_bounds);
   Box box;
   for (const EditDescription& edit : edits)
-    if (edit.enabled && refused_quads(edit, extent).empty()) for_each_quad(edit, [&](const QuadDescription& q) { extend(box, q); });
+    if (edit.enabled && refused_quads(edit, extent).empty())
+      for_each_quad(edit, [&](const QuadDescription& q) { extend(box, q); });
   return box;
 }
 
 class EditsBuilder {
  public:
-  EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images, const EditSpace& space, Warnings& warnings, const CancelPoint& cancel)
+  EditsBuilder(std::span<const EditDescription> descriptions, std::span<const Image> images,
+               const EditSpace& space, Warnings& warnings, const CancelPoint& cancel)
       : descriptions_(descriptions), images_(images), space_(space), warnings_(warnings), cancel_(cancel) {}
 
   Edits build(std::span<const Entity> entities, int max_gates, std::span<const LayerDescription> layers) {
@@ -114,10 +124,13 @@ class EditsBuilder {
       Expression expression = parse_expression(d.expression, d.entry.name);
       const Side side = side_of(expression, d.entry.name);
       if (const auto refused = refused_quads(d, extent); !refused.empty()) {
-        for (const std::string& name : refused) warnings_.push_back({name, "this quad has no area or its transform is not finite; its edit '" + d.entry.name + "' is off"});
+        for (const std::string& name : refused)
+          warnings_.push_back({name, "this quad has no area or its transform is not finite; its edit '" +
+                                         d.entry.name + "' is off"});
         continue;
       }
-      if (edits_.edits_.size() == max_edits) throw SceneError(d.entry.name, "a scene has at most 65,000 edits; remove some");
+      if (edits_.edits_.size() == max_edits)
+        throw SceneError(d.entry.name, "a scene has at most 65,000 edits; remove some");
       expressions_.push_back(std::move(expression));
       edits_.edits_.push_back(read_edit(i, side, extent));
     }
@@ -125,8 +138,11 @@ class EditsBuilder {
 
   void read_layers() {
     if (edits_.layers_.size() > max_light_layers)
-      throw SceneError(said(edits_.layers_[max_light_layers]), "a view layer has at most " + std::to_string(max_light_layers) + " light layers; remove some");
-    for (const LayerDescription& layer : edits_.layers_) layer_expressions_.push_back(parse_layer_expression(layer.expression, said(layer)));
+      throw SceneError(
+          said(edits_.layers_[max_light_layers]),
+          "a view layer has at most " + std::to_string(max_light_layers) + " light layers; remove some");
+    for (const LayerDescription& layer : edits_.layers_)
+      layer_expressions_.push_back(parse_layer_expression(layer.expression, said(layer)));
   }
   static std::string said(const LayerDescription& layer) { return "layer '" + layer.name + "'"; }
 
@@ -147,7 +163,8 @@ class EditsBuilder {
         e.exits.push_back(read_exit(exit, *quad, e.entry.area));
       else
         warnings_.push_back({exit.quad.name, "this quad has no area: it sends out nothing"});
-    if (d.exits.empty()) warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
+    if (d.exits.empty())
+      warnings_.push_back({e.name, "this entry has no exit: the light it takes is absorbed"});
     return e;
   }
 
@@ -156,14 +173,18 @@ class EditsBuilder {
     x.quad = quad;
     x.name = d.quad.name;
     x.intensity = checked(d.intensity, 0, max_intensity, 1, x.name, "intensity", warnings_);
-    x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);
+    x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(),
+                          std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);
     x.tint = checked_tint(d.tint, x.name, warnings_);
-    // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on (design §4).
+    // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on
+    // (design §4).
     const double ratio = x.quad.area / entry_area;
     if (!d.keep_brightness) {
       x.radiance_ratio = static_cast<float>(1 / ratio);
     } else if (ratio > static_cast<double>(max_area_ratio)) {
-      warnings_.push_back({x.name, "this exit is more than a million times larger than its entry; its light gets darker than keep_brightness says"});
+      warnings_.push_back({x.name,
+                           "this exit is more than a million times larger than its entry; its light gets "
+                           "darker than keep_brightness says"});
       x.area_ratio = max_area_ratio;
       x.radiance_ratio = static_cast<float>(static_cast<double>(max_area_ratio) / ratio);
     } else {
@@ -180,13 +201,18 @@ class EditsBuilder {
     if (image < 0) return -1;
     const auto i = static_cast<std::size_t>(image);
     if (i >= images_.size() || images_[i].empty()) {
-      const std::string name = i < images_.size() ? "the image '" + images_[i].name + "'" : std::string("the image");
-      warnings_.push_back({exit, name + " of " + what + " cannot be read; the exit's own number is used alone"});
+      const std::string name =
+          i < images_.size() ? "the image '" + images_[i].name + "'" : std::string("the image");
+      warnings_.push_back(
+          {exit, name + " of " + what + " cannot be read; the exit's own number is used alone"});
       return -1;
     }
-    const std::size_t broken = images_[i].sanitised + (std::string_view(what) == "intensity_texture" ? negative_texels(images_[i]) : 0);
+    const std::size_t broken =
+        images_[i].sanitised +
+        (std::string_view(what) == "intensity_texture" ? negative_texels(images_[i]) : 0);
     if (broken > 0)
-      warnings_.push_back({exit, std::to_string(broken) + " pixels of the image '" + images_[i].name + "' of " + what + " are negative or no numbers; they count as 0"});
+      warnings_.push_back({exit, std::to_string(broken) + " pixels of the image '" + images_[i].name +
+                                     "' of " + what + " are negative or no numbers; they count as 0"});
     const auto [it, is_new] = image_numbers_.emplace(i, static_cast<int>(edits_.images_.size()));
     if (is_new) edits_.images_.push_back(images_[i]);
     return it->second;
@@ -195,7 +221,8 @@ class EditsBuilder {
   // Design §2: δ from the quads' size and the scene's largest coordinate, then planes.
   void place() {
     Box quads;
-    for (const Edit& e : edits_.edits_) for_each_quad(descriptions_[e.description], [&](const QuadDescription& q) { extend(quads, q); });
+    for (const Edit& e : edits_.edits_)
+      for_each_quad(descriptions_[e.description], [&](const QuadDescription& q) { extend(quads, q); });
     if (quads.isEmpty()) return;
     Box all = space_.bounds;
     all.extendBy(quads);
@@ -211,7 +238,8 @@ class EditsBuilder {
     const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre), cancel_);
     edits_.groups_.resize(static_cast<std::size_t>(groups));
     for (const Quad* q : list)
-      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)}) edits_.bounds_.extendBy(q->point(uv));
+      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)})
+        edits_.bounds_.extendBy(q->point(uv));
   }
 
   void compile_expressions(std::span<const Entity> entities) {
@@ -228,8 +256,10 @@ class EditsBuilder {
       gates.push_back(entity_of(descriptions_[e.description]));
     }
     for (std::size_t i = 0; i < layer_expressions_.size(); ++i)
-      rules.push_back({.name = said(edits_.layers_[i]), .expression = &layer_expressions_[i], .is_layer = true});
-    for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));  // one that is off still exists by name
+      rules.push_back(
+          {.name = said(edits_.layers_[i]), .expression = &layer_expressions_[i], .is_layer = true});
+    // one that is off still exists by name
+    for (const EditDescription& d : descriptions_) known.push_back(entity_of(d));
     warn_unknown_names(rules, entities, known, warnings_, cancel_);
     edits_.automata_ = compile_automata(rules, entities, gates, cancel_);
     find_reach(entities);
@@ -242,14 +272,18 @@ class EditsBuilder {
       std::vector<char> occurs(static_cast<std::size_t>(edits_.automata_.alphabet.size()), 0);
       for (std::size_t i = 0; i < entities.size(); ++i)
         for (const Event e : {Event::L, Event::D, Event::S, Event::G})
-          if ((entities[i].events & mask_of(e)) && (light || e == Event::S)) occurs[edits_.event_class(e, static_cast<int>(i))] = 1;
+          if ((entities[i].events & mask_of(e)) && (light || e == Event::S))
+            occurs[edits_.event_class(e, static_cast<int>(i))] = 1;
       if (!light) occurs[edits_.event_class(Event::E, -1)] = 1;
       for (int i = 0; i < edits_.size(); ++i) occurs[edits_.gate_class(i)] = 1;
-      edits_.reach_[index(side)] = Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size(), cancel_);
+      edits_.reach_[index(side)] =
+          Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size(), cancel_);
     }
     for (int i = 0; i < edits_.size(); ++i)
       if (!contains(edits_.takers(edits_[i].side), i))
-        warnings_.push_back({edits_[i].name, "no path of this scene can match its expression (lights, materials and names as they are); the edit does nothing"});
+        warnings_.push_back({edits_[i].name,
+                             "no path of this scene can match its expression (lights, materials and names as "
+                             "they are); the edit does nothing"});
   }
 
   void index_quads() {
@@ -271,7 +305,9 @@ class EditsBuilder {
     }
     for (auto& group : edits_.groups_)
       std::sort(group.begin(), group.end(), [&](const QuadId& a, const QuadId& b) {
-        const auto key = [&](const QuadId& id) { return std::tuple(id.exit >= 0, edits_.quad(id.edit, id.exit).order, id.edit, id.exit); };
+        const auto key = [&](const QuadId& id) {
+          return std::tuple(id.exit >= 0, edits_.quad(id.edit, id.exit).order, id.edit, id.exit);
+        };
         return key(a) < key(b);
       });
   }
@@ -287,8 +323,9 @@ class EditsBuilder {
   Edits edits_;
 };
 
-Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities, std::span<const Image> images, const EditSpace& space,
-                    int max_gates, Warnings& warnings, std::span<const LayerDescription> layers, const CancelPoint& cancel) {
+Edits compile_edits(std::span<const EditDescription> descriptions, std::span<const Entity> entities,
+                    std::span<const Image> images, const EditSpace& space, int max_gates, Warnings& warnings,
+                    std::span<const LayerDescription> layers, const CancelPoint& cancel) {
   return EditsBuilder(descriptions, images, space, warnings, cancel).build(entities, max_gates, layers);
 }
 

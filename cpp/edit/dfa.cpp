@@ -12,7 +12,8 @@ namespace sluice {
 
 namespace {
 
-// Numbers pairs (a, b) in the order in which they are first seen. Clearing is free, which minimisation lives by.
+// Numbers pairs (a, b) in the order in which they are first seen. Clearing is free, which minimisation lives
+// by.
 class PairNumbers {
  public:
   explicit PairNumbers(std::size_t most) : slots_(std::bit_ceil(2 * most + 2)) {}
@@ -53,8 +54,8 @@ struct PositionSetHash {
 
 }  // namespace
 
-std::optional<Dfa> determinised(const Positions& positions, std::span<const std::uint32_t> meaning, std::span<const Bits> matchers, int classes,
-                                std::uint16_t number) {
+std::optional<Dfa> determinised(const Positions& positions, std::span<const std::uint32_t> meaning,
+                                std::span<const Bits> matchers, int classes, std::uint16_t number) {
   Dfa dfa;
   dfa.accepting = {{}, {number}};
   // Events that match the same positions share a column.
@@ -72,7 +73,8 @@ std::optional<Dfa> determinised(const Positions& positions, std::span<const std:
   }
   dfa.columns = static_cast<int>(masks.size());
 
-  // A state is the set of positions that the last event may have been; the start has read nothing and is like no other.
+  // A state is the set of positions that the last event may have been; the start has read nothing and is like
+  // no other.
   std::vector<PositionSet> sets{PositionSet{}};
   std::unordered_map<PositionSet, std::uint16_t, PositionSetHash> state_of;
   dfa.label.push_back(positions.nullable ? 1 : 0);
@@ -94,8 +96,9 @@ std::optional<Dfa> determinised(const Positions& positions, std::span<const std:
   return dfa;
 }
 
-// Moore's refinement: states are equal until a label or a successor tells them apart. Rounds grow with the longest word that is needed
-// to tell two states apart; automata where that is absurdly long are returned as they are.
+// Moore's refinement: states are equal until a label or a successor tells them apart. Rounds grow with the
+// longest word that is needed to tell two states apart; automata where that is absurdly long are returned as
+// they are.
 Dfa minimised(const Dfa& dfa, const CancelPoint& cancel) {
   constexpr int most_rounds = 300;
   const auto n = static_cast<std::size_t>(dfa.states), columns = static_cast<std::size_t>(dfa.columns);
@@ -109,7 +112,8 @@ Dfa minimised(const Dfa& dfa, const CancelPoint& cancel) {
     std::uint32_t found = count;
     for (std::size_t c = 0; c < columns; ++c) {
       pairs.clear();
-      for (std::size_t s = 0; s < n; ++s) refined[s] = pairs.number(refined[s], block[dfa.next[s * columns + c]]);
+      for (std::size_t s = 0; s < n; ++s)
+        refined[s] = pairs.number(refined[s], block[dfa.next[s * columns + c]]);
       found = pairs.size();
     }
     block.swap(refined);
@@ -144,17 +148,21 @@ std::optional<Dfa> product(const Dfa& a, const Dfa& b) {
   Dfa out;
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint16_t> columns, labels;
   for (std::size_t c = 0; c < a.column.size(); ++c)
-    out.column.push_back(columns.emplace(std::pair(a.column[c], b.column[c]), static_cast<std::uint16_t>(columns.size())).first->second);
+    out.column.push_back(
+        columns.emplace(std::pair(a.column[c], b.column[c]), static_cast<std::uint16_t>(columns.size()))
+            .first->second);
   std::vector<std::pair<std::uint16_t, std::uint16_t>> column_list(columns.size());
   for (const auto& [pair, number] : columns) column_list[number] = pair;
   out.columns = static_cast<int>(columns.size());
 
-  PairNumbers numbers(std::min<std::size_t>(static_cast<std::size_t>(a.states) * static_cast<std::size_t>(b.states), max_dfa_states + 1));
+  PairNumbers numbers(std::min<std::size_t>(
+      static_cast<std::size_t>(a.states) * static_cast<std::size_t>(b.states), max_dfa_states + 1));
   std::vector<std::pair<std::uint16_t, std::uint16_t>> states{{0, 0}};
   (void)numbers.number(0, 0);
   for (std::size_t s = 0; s < states.size(); ++s) {
     const auto [sa, sb] = states[s];
-    const auto [label, is_new] = labels.emplace(std::pair(a.label[sa], b.label[sb]), static_cast<std::uint16_t>(labels.size()));
+    const auto [label, is_new] =
+        labels.emplace(std::pair(a.label[sa], b.label[sb]), static_cast<std::uint16_t>(labels.size()));
     if (is_new) {
       auto& both = out.accepting.emplace_back(a.accepts(sa).begin(), a.accepts(sa).end());
       both.insert(both.end(), b.accepts(sb).begin(), b.accepts(sb).end());
@@ -162,8 +170,10 @@ std::optional<Dfa> product(const Dfa& a, const Dfa& b) {
     }
     out.label.push_back(label->second);
     for (const auto& [ca, cb] : column_list) {
-      const std::uint16_t ta = a.next[static_cast<std::size_t>(sa) * static_cast<std::size_t>(a.columns) + ca];
-      const std::uint16_t tb = b.next[static_cast<std::size_t>(sb) * static_cast<std::size_t>(b.columns) + cb];
+      const std::uint16_t ta =
+          a.next[static_cast<std::size_t>(sa) * static_cast<std::size_t>(a.columns) + ca];
+      const std::uint16_t tb =
+          b.next[static_cast<std::size_t>(sb) * static_cast<std::size_t>(b.columns) + cb];
       const std::uint32_t to = numbers.number(ta, tb);
       if (to == states.size()) {
         if (to == max_dfa_states) return std::nullopt;

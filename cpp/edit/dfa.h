@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Steps of compiling automata: determinise one expression, minimise, join two. None returns more than max_dfa_states states.
+// Steps of compiling automata: determinise one expression, minimise, join two. None returns more than
+// max_dfa_states states.
 #pragma once
 #include <optional>
 #include <span>
@@ -11,7 +12,9 @@
 namespace sluice {
 
 // `meaning`: [atom] -> matchers. States accept expression `number`. Empty when it does not fit.
-[[nodiscard]] std::optional<Dfa> determinised(const Positions& positions, std::span<const std::uint32_t> meaning, std::span<const Bits> matchers, int classes,
+[[nodiscard]] std::optional<Dfa> determinised(const Positions& positions,
+                                              std::span<const std::uint32_t> meaning,
+                                              std::span<const Bits> matchers, int classes,
                                               std::uint16_t number);
 
 // Equivalent, with the fewest states, numbered in the order in which they are met from the start.

@@ -8,7 +8,8 @@
 namespace sluice {
 
 EventMask Atom::kinds() const noexcept {
-  EventMask matched = 0, excluded = 0;  // a named symbol leaves other things of its kind, so it excludes no kind
+  // a named symbol leaves other things of its kind, so it excludes no kind
+  EventMask matched = 0, excluded = 0;
   for (const Symbol& s : symbols) {
     matched |= s.kinds;
     if (s.names.empty()) excluded |= s.kinds;
@@ -21,7 +22,9 @@ namespace {
 // Recursive descent; parentheses alone recurse and are counted, so the stack is bounded.
 class Parser {
  public:
-  Parser(std::string_view text, const std::string& item) : text_(decode_utf8(text, item)), item_(item) { expression_.text = text; }
+  Parser(std::string_view text, const std::string& item) : text_(decode_utf8(text, item)), item_(item) {
+    expression_.text = text;
+  }
 
   Expression parse() {
     if (text_.size() > max_expression_characters)
@@ -39,7 +42,9 @@ class Parser {
     int atoms;  // {n,m} expanded
   };
 
-  [[noreturn]] void fail(std::size_t at, const std::string& message) const { throw ExpressionError(item_, static_cast<int>(at) + 1, message); }
+  [[noreturn]] void fail(std::size_t at, const std::string& message) const {
+    throw ExpressionError(item_, static_cast<int>(at) + 1, message);
+  }
 
   [[nodiscard]] bool at_end() const noexcept { return at_ >= text_.size(); }
   [[nodiscard]] char32_t peek() const noexcept { return at_end() ? U'\0' : text_[at_]; }
@@ -71,7 +76,9 @@ class Parser {
   }
 
   void check_atoms(long long atoms, std::size_t at) const {
-    if (atoms > max_expression_atoms) fail(at, "the expression holds more than 256 symbols, counts expanded; write a smaller count, or * or +");
+    if (atoms > max_expression_atoms)
+      fail(at,
+           "the expression holds more than 256 symbols, counts expanded; write a smaller count, or * or +");
   }
 
   Part choice(int level) {
@@ -88,7 +95,10 @@ class Parser {
     const std::size_t start = at_;
     std::vector<Part> factors;
     while (!at_end() && peek() != U'|' && peek() != U')') factors.push_back(factor(level));
-    if (factors.empty()) fail(at_, "something is missing here; write a symbol such as L, D or S, or make what stands beside optional with ?");
+    if (factors.empty())
+      fail(at_,
+           "something is missing here; write a symbol such as L, D or S, or make what stands beside optional "
+           "with ?");
     return list_of(SyntaxNode::Kind::Sequence, factors, start);
   }
 
@@ -105,7 +115,8 @@ class Parser {
       default: return part;
     }
     advance();
-    if (is_postfix(peek())) fail(at_, "only one of * + ? {n,m} may follow; put parentheses round what it repeats, such as (D*)?");
+    if (is_postfix(peek()))
+      fail(at_, "only one of * + ? {n,m} may follow; put parentheses round what it repeats, such as (D*)?");
     // D{2,} is D D*, so an open end costs no symbol of its own.
     const long long times = repeat.max == SyntaxNode::unbounded ? std::max(repeat.min, 1) : repeat.max;
     check_atoms(times * part.atoms, at);
@@ -113,7 +124,9 @@ class Parser {
     return {add(std::move(repeat)), static_cast<int>(times * part.atoms)};
   }
 
-  [[nodiscard]] static bool is_postfix(char32_t c) noexcept { return c == U'*' || c == U'+' || c == U'?' || c == U'{'; }
+  [[nodiscard]] static bool is_postfix(char32_t c) noexcept {
+    return c == U'*' || c == U'+' || c == U'?' || c == U'{';
+  }
 
   // "{" n [ "," [ m ] ] "}"; stops at the closing brace.
   void count(SyntaxNode& repeat) {
@@ -127,7 +140,8 @@ class Parser {
       } else {
         const std::size_t at = at_;
         repeat.max = number();
-        if (repeat.max < repeat.min) fail(at, "the second count is below the first; write the smaller one first");
+        if (repeat.max < repeat.min)
+          fail(at, "the second count is below the first; write the smaller one first");
       }
     }
     if (at_end() || peek() != U'}') fail(at_, "a count ends here; write }");
@@ -136,7 +150,8 @@ class Parser {
   int number() {
     const std::size_t at = at_;
     int value = 0;
-    for (; !at_end() && peek() >= U'0' && peek() <= U'9'; ++at_) value = std::min(value * 10 + static_cast<int>(peek() - U'0'), 100'000);
+    for (; !at_end() && peek() >= U'0' && peek() <= U'9'; ++at_)
+      value = std::min(value * 10 + static_cast<int>(peek() - U'0'), 100'000);
     if (at_ == at) fail(at, "a count is missing; write {2}, {2,} or {2,5}");
     if (value > max_expression_atoms) fail(at, "a count is at most 256; write a smaller one, or * or +");
     skip_space();
@@ -150,7 +165,8 @@ class Parser {
         if (level >= max_expression_levels) fail(at, "parentheses are nested more than 64 deep; write fewer");
         advance();
         if (at_end()) fail(at, "this ( is never closed; write what it shall hold, then its )");
-        if (peek() == U')') fail(at, "these parentheses are empty; write what they shall hold, or leave them out");
+        if (peek() == U')')
+          fail(at, "these parentheses are empty; write what they shall hold, or leave them out");
         const Part part = choice(level + 1);
         if (at_end()) fail(at, "this ( is never closed; write its )");
         advance();
@@ -176,15 +192,21 @@ class Parser {
 
   Part negation(std::size_t at) {
     advance();
-    if (peek() != U'(') return atom({symbol("after ! write one event, such as !D, or several, such as !(D|S)")}, true, at);
+    if (peek() != U'(')
+      return atom({symbol("after ! write one event, such as !D, or several, such as !(D|S)")}, true, at);
     advance();
     std::vector<Symbol> symbols;
     while (true) {
-      symbols.push_back(symbol("inside !( ) write events with | between, such as !(D|S'Egg'): only a single event can be negated"));
+      symbols.push_back(
+          symbol("inside !( ) write events with | between, such as !(D|S'Egg'): only a single event can be "
+                 "negated"));
       if (peek() != U'|') break;
       advance();
     }
-    if (peek() != U')') fail(at_, "inside !( ) write events with | between and then ), such as !(D|S): only a single event can be negated");
+    if (peek() != U')')
+      fail(at_,
+           "inside !( ) write events with | between and then ), such as !(D|S): only a single event can be "
+           "negated");
     advance();
     return atom(std::move(symbols), true, at);
   }
@@ -194,7 +216,9 @@ class Parser {
     const bool negated = peek() == U'^';
     if (negated) advance();
     std::vector<Symbol> symbols;
-    while (!at_end() && peek() != U']') symbols.push_back(symbol("inside [ ] events stand side by side, such as [DS'Egg']; write them without anything between"));
+    while (!at_end() && peek() != U']')
+      symbols.push_back(symbol(
+          "inside [ ] events stand side by side, such as [DS'Egg']; write them without anything between"));
     if (at_end()) fail(at, "this [ is never closed; write its ]");
     if (symbols.empty()) fail(at_, "these brackets are empty; write the events of the set, such as [DS]");
     advance();
@@ -231,17 +255,24 @@ class Parser {
   [[noreturn]] void fail_symbol(const char* instead) const {
     if (at_end()) fail(at_, instead ? instead : "the expression ends too early; write an event");
     const char32_t c = peek();
-    if (c >= U'a' && c <= U'z' && kinds_of(c - U'a' + U'A')) fail(at_, "events are capital letters; write " + std::string(1, static_cast<char>(c - U'a' + U'A')));
+    if (c >= U'a' && c <= U'z' && kinds_of(c - U'a' + U'A'))
+      fail(at_, "events are capital letters; write " + std::string(1, static_cast<char>(c - U'a' + U'A')));
     if (instead) fail(at_, instead);
     if (is_postfix(c)) fail(at_, "nothing stands before this to be repeated; write an event first");
     if (c == U'\'') fail(at_, "a name belongs to an event; write its kind before it, such as D'Floor'");
-    if (c == U'"' || c == U'‘' || c == U'’' || c == U'“' || c == U'”') fail(at_, "names stand in straight single quotes; write D'Floor'");
-    if (c == U']' || c == U'}') fail(at_, std::string("this ") + static_cast<char>(c) + " closes nothing; leave it out");
-    if (c < U' ' || c == 0x7f) fail(at_, "this character cannot be seen and is no event; write one of L E D S G F X, or . for any interaction");
+    if (c == U'"' || c == U'‘' || c == U'’' || c == U'“' || c == U'”')
+      fail(at_, "names stand in straight single quotes; write D'Floor'");
+    if (c == U']' || c == U'}')
+      fail(at_, std::string("this ") + static_cast<char>(c) + " closes nothing; leave it out");
+    if (c < U' ' || c == 0x7f)
+      fail(at_,
+           "this character cannot be seen and is no event; write one of L E D S G F X, or . for any "
+           "interaction");
     fail(at_, "'" + encode_utf8(c) + "' is no event; write one of L E D S G F X, or . for any interaction");
   }
 
-  // "'" name { "," name } "'"; everything between counts, also spaces. A backslash before ' , or \ takes it as it is.
+  // "'" name { "," name } "'"; everything between counts, also spaces. A backslash before ' , or \ takes it
+  // as it is.
   std::vector<std::string> names() {
     const std::size_t open = at_++;
     std::vector<std::string> all;
@@ -250,7 +281,8 @@ class Parser {
       if (at_end()) fail(open, "this name is never closed; write ' behind it");
       const char32_t c = text_[at_];
       if (c == U'\'' || c == U',') {
-        if (name.empty()) fail(at_, "a name is missing here; write it, or leave the quotes out to mean anything");
+        if (name.empty())
+          fail(at_, "a name is missing here; write it, or leave the quotes out to mean anything");
         all.push_back(std::move(name));
         name.clear();
         ++at_;
@@ -260,7 +292,8 @@ class Parser {
       if (c == U'\\') {
         ++at_;
         const char32_t escaped = peek();
-        if (at_end() || (escaped != U'\'' && escaped != U',' && escaped != U'\\')) fail(at_ - 1, "in a name a backslash is written \\\\, a quote \\' and a comma \\,");
+        if (at_end() || (escaped != U'\'' && escaped != U',' && escaped != U'\\'))
+          fail(at_ - 1, "in a name a backslash is written \\\\, a quote \\' and a comma \\,");
       }
       name += encode_utf8(text_[at_++]);
     }
@@ -274,7 +307,9 @@ class Parser {
 
 }  // namespace
 
-Expression parse_expression(std::string_view text, const std::string& item) { return Parser(text, item).parse(); }
+Expression parse_expression(std::string_view text, const std::string& item) {
+  return Parser(text, item).parse();
+}
 
 NamedEvent parse_event(std::string_view text) {
   const std::string item(text);
@@ -292,7 +327,9 @@ NamedEvent parse_event(std::string_view text) {
       default: break;
     }
   }
-  throw ExpressionError(item, 1, "an event of a path is one of L E D S G F with the names of its thing; write it like D'Floor'");
+  throw ExpressionError(
+      item, 1,
+      "an event of a path is one of L E D S G F with the names of its thing; write it like D'Floor'");
 }
 
 }  // namespace sluice

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Expressions over path events (design §3, paper §3 and §4.1): text to syntax tree, and the side that a language belongs to.
-// Knows no scene: which names exist is not checked here. Every error is an ExpressionError with a column and what to write.
+// Expressions over path events (design §3, paper §3 and §4.1): text to syntax tree, and the side that a
+// language belongs to. Knows no scene: which names exist is not checked here. Every error is an
+// ExpressionError with a column and what to write.
 //
-//   expression = branch { "|" branch }            postfix binds tighter than concatenation, which binds tighter than "|"
-//   branch     = factor { factor }
-//   factor     = atom [ "*" | "+" | "?" | "{" n [ "," [ m ] ] "}" ]
-//   atom       = "(" expression ")" | "." | symbol | "!" symbol | "!" "(" symbol { "|" symbol } ")" | "[" ["^"] symbol { symbol } "]"
-//   symbol     = kind [ "'" name { "," name } "'" ]     kind = L | E | D | S | G | F | X, and C for E
+//   expression = branch { "|" branch }            postfix binds tighter than concatenation, which binds
+//   tighter than "|" branch     = factor { factor } factor     = atom [ "*" | "+" | "?" | "{" n [ "," [ m ] ]
+//   "}" ] atom       = "(" expression ")" | "." | symbol | "!" symbol | "!" "(" symbol { "|" symbol } ")" |
+//   "[" ["^"] symbol { symbol } "]" symbol     = kind [ "'" name { "," name } "'" ]     kind = L | E | D | S
+//   | G | F | X, and C for E
 #pragma once
 #include <string>
 #include <string_view>
@@ -31,7 +32,8 @@ struct Symbol {
 inline constexpr EventMask any_interaction =
     static_cast<EventMask>(mask_of(Event::D) | mask_of(Event::S) | mask_of(Event::G) | mask_of(Event::F));
 
-// One event: one that some symbol matches, or (negated) an interaction that none matches. "." is the negation of nothing.
+// One event: one that some symbol matches, or (negated) an interaction that none matches. "." is the negation
+// of nothing.
 struct Atom {
   std::vector<Symbol> symbols;
   bool negated = false;
@@ -46,9 +48,9 @@ struct SyntaxNode {
   static constexpr int unbounded = -1;
 
   Kind kind = Kind::Atom;
-  int atom = -1;             // Atom: index into Expression::atoms
-  int min = 1, max = 1;      // Repeat
-  std::vector<int> children; // indices into Expression::nodes
+  int atom = -1;              // Atom: index into Expression::atoms
+  int min = 1, max = 1;       // Repeat
+  std::vector<int> children;  // indices into Expression::nodes
 };
 
 struct Expression {
@@ -64,8 +66,8 @@ struct Expression {
 enum class Side : std::uint8_t { Light, View };
 [[nodiscard]] constexpr std::size_t index(Side side) noexcept { return static_cast<std::size_t>(side); }
 
-// Light: every word begins with L and none contains E. View: every word ends with E, none contains L, and some word is of S, F and E
-// alone, as view paths end at their first D or G. Anything else throws.
+// Light: every word begins with L and none contains E. View: every word ends with E, none contains L, and
+// some word is of S, F and E alone, as view paths end at their first D or G. Anything else throws.
 [[nodiscard]] Side side_of(const Expression& expression, const std::string& item = {});
 [[nodiscard]] Side check_edit_expression(std::string_view text, const std::string& item = {});
 
@@ -73,7 +75,8 @@ enum class Side : std::uint8_t { Light, View };
 void check_layer(const Expression& expression, const std::string& item = {});
 [[nodiscard]] Expression parse_layer_expression(std::string_view text, const std::string& item = {});
 
-// One event as tests and scripts write it: "L", "S'Egg'", "D'Floor,Ground floor'". Several names: one thing that bears them all.
+// One event as tests and scripts write it: "L", "S'Egg'", "D'Floor,Ground floor'". Several names: one thing
+// that bears them all.
 struct NamedEvent {
   Event kind = Event::L;
   std::vector<std::string> names;

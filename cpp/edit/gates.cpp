@@ -30,7 +30,8 @@ float soft_border(double x, float width) noexcept {
 
 void sort_along(std::vector<Crossing>& out) {
   std::sort(out.begin(), out.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) < std::tuple(b.t, b.group, b.exit >= 0, b.order, b.edit, b.exit);
+    return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) <
+           std::tuple(b.t, b.group, b.exit >= 0, b.order, b.edit, b.exit);
   });
 }
 
@@ -57,20 +58,25 @@ bool Edits::is_crossed(const QuadId& id, const Segment& segment) const noexcept 
   return hit && hit->t > segment.t_min && hit->t <= segment.t_max && q.group != segment.excluded_group;
 }
 
-std::optional<Crossing> Edits::first_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept {
+std::optional<Crossing> Edits::first_taken(const StateTable& table, StateId state,
+                                           const Segment& segment) const noexcept {
   const TakingList& list = table.taking_list(state);
   if (list.edits.empty()) return std::nullopt;
-  const Crossing c = list.quads.empty() ? entries_[index((*this)[list.edits.front()].side)].first(segment, list.members) : list.quads.first(segment);
+  const Crossing c = list.quads.empty()
+                         ? entries_[index((*this)[list.edits.front()].side)].first(segment, list.members)
+                         : list.quads.first(segment);
   return c.edit >= 0 ? std::optional(c) : std::nullopt;
 }
 
 bool Edits::any_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept {
   const TakingList& list = table.taking_list(state);
   if (list.edits.empty()) return false;
-  return list.quads.empty() ? entries_[index((*this)[list.edits.front()].side)].any(segment, list.members) : list.quads.any(segment);
+  return list.quads.empty() ? entries_[index((*this)[list.edits.front()].side)].any(segment, list.members)
+                            : list.quads.any(segment);
 }
 
-std::optional<Crossing> Edits::first_taken_at_exit(const StateTable& table, StateId state, int edit, int exit, const V3d& point) const noexcept {
+std::optional<Crossing> Edits::first_taken_at_exit(const StateTable& table, StateId state, int edit, int exit,
+                                                   const V3d& point) const noexcept {
   if (table.takes_none(state)) return std::nullopt;
   const int group = quad(edit, exit).group;
   for (const QuadId& id : groups_[static_cast<std::size_t>(group)]) {
@@ -89,13 +95,15 @@ void Edits::crossings(Side side, const Segment& segment, EditSet members, std::v
   sort_along(out);
 }
 
-void Edits::entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
+void Edits::entries_crossed(Side side, const Segment& segment, EditSet members,
+                            std::vector<Crossing>& out) const {
   out.clear();
   entries_[index(side)].all(segment, members, out);
   sort_along(out);
 }
 
-void Edits::crossings_at(Side side, int group, const V3d& point, EditSet members, std::vector<Crossing>& out) const {
+void Edits::crossings_at(Side side, int group, const V3d& point, EditSet members,
+                         std::vector<Crossing>& out) const {
   out.clear();
   for (const QuadId& id : groups_[static_cast<std::size_t>(group)]) {
     if ((*this)[id.edit].side != side || (!members.empty() && !contains(members, id.edit))) continue;
@@ -112,13 +120,17 @@ float Edits::weight(int edit, const V2d& uv) const noexcept {
 float Edits::intensity(const Exit& exit, const V2d& uv) const noexcept {
   if (exit.intensity_texture < 0) return exit.intensity;
   const V2f at = to_float(uv);
-  return clamp_intensity(exit.intensity * luminance(sample_clamped(images_[static_cast<std::size_t>(exit.intensity_texture)], at.x, at.y)));
+  return clamp_intensity(
+      exit.intensity *
+      luminance(sample_clamped(images_[static_cast<std::size_t>(exit.intensity_texture)], at.x, at.y)));
 }
 
 float Edits::hue(const Exit& exit, const V2d& uv) const noexcept {
   if (exit.hue_shift == 0 || exit.hue_shift_texture < 0) return exit.hue_shift;
   const V2f at = to_float(uv);
-  const float h = exit.hue_shift * luminance(sample_clamped(images_[static_cast<std::size_t>(exit.hue_shift_texture)], at.x, at.y));
+  const float h =
+      exit.hue_shift *
+      luminance(sample_clamped(images_[static_cast<std::size_t>(exit.hue_shift_texture)], at.x, at.y));
   return std::isfinite(h) ? h : 0.0f;
 }
 
@@ -128,7 +140,8 @@ std::optional<QuadFrame> Edits::turn(const Exit& exit, const V2d& uv) const noex
   return normal_map_turn(sample_clamped(images_[static_cast<std::size_t>(exit.normal_map)], at.x, at.y));
 }
 
-std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept {
+std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv,
+                                      const V3f& direction) const noexcept {
   const Edit& e = (*this)[edit];
   if (exit == straight_on) return Passage{e.entry.point(uv), direction, Color(1), 0, e.entry.group};
   const Exit& x = e.exits[static_cast<std::size_t>(exit)];
@@ -137,11 +150,13 @@ std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv, const V
     d = m->to_world(d);
     if (e.side == Side::Light && std::abs(d.z) < static_cast<double>(least_cosine_out)) return std::nullopt;
   }
-  const float gain = intensity(x, uv) * (e.side == Side::Light ? x.area_ratio : 1.0f);  // view edits carry radiance (design §4)
+  // view edits carry radiance (design §4)
+  const float gain = intensity(x, uv) * (e.side == Side::Light ? x.area_ratio : 1.0f);
   return Passage{x.quad.point(uv), unit(x.quad.frame.to_world(d)), x.tint * gain, hue(x, uv), x.quad.group};
 }
 
-std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv, const V3f& direction) const noexcept {
+std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv,
+                                       const V3f& direction) const noexcept {
   const Edit& e = (*this)[edit];
   const Exit& x = e.exits[static_cast<std::size_t>(exit)];
   V3d d = x.quad.frame.to_local(to_double(direction));
@@ -150,9 +165,11 @@ std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv, const 
     const double cos_out = std::abs(d.z);
     if (cos_out < static_cast<double>(least_cosine_out)) return std::nullopt;
     d = m->to_local(d);
-    gain *= static_cast<float>(std::abs(d.z) / cos_out);  // flux L A cos dω is what the law is about (design §4)
+    // flux L A cos dω is what the law is about (design §4)
+    gain *= static_cast<float>(std::abs(d.z) / cos_out);
   }
-  return Passage{e.entry.point(uv), unit(e.entry.frame.to_world(d)), x.tint * gain, hue(x, uv), e.entry.group};
+  return Passage{e.entry.point(uv), unit(e.entry.frame.to_world(d)), x.tint * gain, hue(x, uv),
+                 e.entry.group};
 }
 
 }  // namespace sluice

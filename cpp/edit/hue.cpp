@@ -30,11 +30,14 @@ Color apply_hue(const Color& color, float angle_rad) noexcept {
   h -= 6 * std::floor(h / 6);
   if (!(h < 6)) h = 0;  // a tiny negative angle rounds up to 6
 
-  // f(n) of the hexagon counts from the opposite side: k = (n + h) mod 6 with n = 5, 3, 1 for red, green, blue.
-  const double turned[] = {low + range * hexagon(5, h), low + range * hexagon(3, h), low + range * hexagon(1, h)};
+  // f(n) of the hexagon counts from the opposite side: k = (n + h) mod 6 with n = 5, 3, 1 for red, green,
+  // blue.
+  const double turned[] = {low + range * hexagon(5, h), low + range * hexagon(3, h),
+                           low + range * hexagon(1, h)};
   const auto luma = [](double x, double y, double z) { return 0.2126 * x + 0.7152 * y + 0.0722 * z; };
   const double scale = luma(r, g, b) / luma(turned[0], turned[1], turned[2]);
-  return Color(static_cast<float>(turned[0] * scale), static_cast<float>(turned[1] * scale), static_cast<float>(turned[2] * scale));
+  return Color(static_cast<float>(turned[0] * scale), static_cast<float>(turned[1] * scale),
+               static_cast<float>(turned[2] * scale));
 }
 
 }  // namespace sluice

@@ -5,8 +5,8 @@
 
 namespace sluice {
 
-// Homogeneous but not linear: apply it to the colour of one path, never to a sum. Angle 0, black and greys come back bit for bit;
-// so does what is not finite. Negative components count as 0.
+// Homogeneous but not linear: apply it to the colour of one path, never to a sum. Angle 0, black and greys
+// come back bit for bit; so does what is not finite. Negative components count as 0.
 [[nodiscard]] Color apply_hue(const Color& color, float angle_rad) noexcept;
 
 }  // namespace sluice

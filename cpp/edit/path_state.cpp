@@ -27,7 +27,12 @@ std::uint64_t hash_of(std::span<const std::uint32_t> content) noexcept {
 }  // namespace
 
 StateTable::StateTable(const Edits& edits, const StateLimits& limits)
-    : edits_(&edits), limits_(limits), classes_(static_cast<std::size_t>(edits.automata().alphabet.size())), max_gates_(edits.max_gates()), layers_at_(edits.automata().forward.size()), begin_{0} {
+    : edits_(&edits),
+      limits_(limits),
+      classes_(static_cast<std::size_t>(edits.automata().alphabet.size())),
+      max_gates_(edits.max_gates()),
+      layers_at_(edits.automata().forward.size()),
+      begin_{0} {
   const auto add = [](std::vector<const Dfa*>& to, const std::vector<Dfa>& dfas) {
     for (const Dfa& dfa : dfas) to.push_back(&dfa);
   };
@@ -79,7 +84,8 @@ StateId StateTable::advance(StateId state, EventClass event, int edit) noexcept 
       ++scratch_[gates_word];
       const auto used = scratch_.begin() + static_cast<std::ptrdiff_t>(states_word + automata.size());
       const auto at = std::lower_bound(used, scratch_.end(), static_cast<std::uint32_t>(edit));
-      if (at == scratch_.end() || *at != static_cast<std::uint32_t>(edit)) scratch_.insert(at, static_cast<std::uint32_t>(edit));
+      if (at == scratch_.end() || *at != static_cast<std::uint32_t>(edit))
+        scratch_.insert(at, static_cast<std::uint32_t>(edit));
     }
     return intern(scratch_);
   } catch (const std::bad_alloc&) {
@@ -101,8 +107,7 @@ StateId StateTable::through(StateId state, int edit) noexcept {
   const StateId to = advance(state, edits_->gate_class(edit), edit);
   try {
     if (to != dead && bytes_ < limits_.memory) through_.emplace(key, to), bytes_ += bytes_of_gate;
-  } catch (const std::bad_alloc&) {
-  }
+  } catch (const std::bad_alloc&) {}
   return to;
 }
 
@@ -116,16 +121,17 @@ StateId StateTable::intern(std::span<const std::uint32_t> content) noexcept {
   if (!is_full()) {
     try {
       return append(content, hash);
-    } catch (const std::bad_alloc&) {
-    }
+    } catch (const std::bad_alloc&) {}
   }
   ++overflows_;
   return dead;
 }
 
-// Sizes are set from the number of states, and list_ grows last, so that running out of memory midway leaves the table as it was.
+// Sizes are set from the number of states, and list_ grows last, so that running out of memory midway leaves
+// the table as it was.
 StateId StateTable::append(std::span<const std::uint32_t> content, std::uint64_t hash) {
-  const std::vector<std::uint32_t> copy(content.begin(), content.end());  // the caller's span may lie in words_
+  // the caller's span may lie in words_
+  const std::vector<std::uint32_t> copy(content.begin(), content.end());
   const std::size_t n = list_.size();
   if (2 * (n + 1) > index_.size()) grow_index();
   const std::uint32_t list = list_for(copy);
@@ -165,11 +171,15 @@ void StateTable::grow_index() {
 std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
   const auto automata = automata_of(content[side_word]);
   const auto used = content.subspan(states_word + automata.size());
-  const std::size_t of_edits = content[side_word] == static_cast<std::uint32_t>(Side::Light) ? layers_at_ : automata.size();
+  const std::size_t of_edits =
+      content[side_word] == static_cast<std::uint32_t>(Side::Light) ? layers_at_ : automata.size();
   TakingList list;
   for (std::size_t i = 0; i < of_edits; ++i)
-    for (const std::uint16_t edit : automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i])))
-      if ((*edits_)[edit].repeat || !std::binary_search(used.begin(), used.end(), static_cast<std::uint32_t>(edit))) list.edits.push_back(edit);
+    for (const std::uint16_t edit :
+         automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i])))
+      if ((*edits_)[edit].repeat ||
+          !std::binary_search(used.begin(), used.end(), static_cast<std::uint32_t>(edit)))
+        list.edits.push_back(edit);
   std::sort(list.edits.begin(), list.edits.end(), [&](std::uint16_t a, std::uint16_t b) {
     const int x = (*edits_)[a].order, y = (*edits_)[b].order;
     return x != y ? x < y : a < b;
@@ -182,7 +192,8 @@ std::uint32_t StateTable::list_for(std::span<const std::uint32_t> content) {
     for (const std::uint16_t edit : list.edits) list.quads.add((*edits_)[edit].entry, {edit, QuadId::entry});
     list.quads.build();
   }
-  bytes_ += bytes_of_list + 2 * list.edits.size() * sizeof(std::uint16_t) + list.members.size() * sizeof(std::uint64_t) + list.quads.bytes();
+  bytes_ += bytes_of_list + 2 * list.edits.size() * sizeof(std::uint16_t) +
+            list.members.size() * sizeof(std::uint64_t) + list.quads.bytes();
   const auto number = static_cast<std::uint32_t>(lists_.size());
   auto edits = list.edits;
   lists_.push_back(std::make_shared<const TakingList>(std::move(list)));
@@ -196,7 +207,9 @@ ImageSet StateTable::images_for(std::span<const std::uint32_t> content) const no
   if (content[side_word] != static_cast<std::uint32_t>(Side::Light)) return images;
   const auto automata = automata_of(content[side_word]);
   for (std::size_t i = layers_at_; i < automata.size(); ++i)
-    for (const std::uint16_t rule : automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i]))) images |= picture << (rule - edits_->size() + 1);
+    for (const std::uint16_t rule :
+         automata[i]->accepts(static_cast<std::uint16_t>(content[states_word + i])))
+      images |= picture << (rule - edits_->size() + 1);
   return images;
 }
 

@@ -16,7 +16,8 @@ class Builder {
     PositionSet first, last;
   };
 
-  // Recursion is as deep as the parser allowed. Each visit makes new positions, so that {n,m} is expanded by visiting again.
+  // Recursion is as deep as the parser allowed. Each visit makes new positions, so that {n,m} is expanded by
+  // visiting again.
   Part build(int index) {
     const SyntaxNode& node = expression_.nodes[static_cast<std::size_t>(index)];
     Part part;
@@ -95,7 +96,8 @@ Positions reversed(const Positions& positions) {
   std::swap(r.first, r.last);
   for (PositionSet& f : r.follow) f = {};
   for (int p = 0; p < positions.size(); ++p)
-    positions.follow[static_cast<std::size_t>(p)].for_each([&](int q) { r.follow[static_cast<std::size_t>(q)].insert(p); });
+    positions.follow[static_cast<std::size_t>(p)].for_each(
+        [&](int q) { r.follow[static_cast<std::size_t>(q)].insert(p); });
   return r;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Position automaton of an expression (Glushkov 1961): one position per symbol, {n,m} expanded, no empty moves. Both the side of a
-// language and its deterministic automaton are read off it.
+// Position automaton of an expression (Glushkov 1961): one position per symbol, {n,m} expanded, no empty
+// moves. Both the side of a language and its deterministic automaton are read off it.
 #pragma once
 #include <array>
 #include <bit>
@@ -17,7 +17,9 @@ struct PositionSet {
 
   bool operator==(const PositionSet&) const = default;
   void insert(int p) noexcept { words[static_cast<std::size_t>(p) / 64] |= 1ull << (p % 64); }
-  [[nodiscard]] bool contains(int p) const noexcept { return (words[static_cast<std::size_t>(p) / 64] >> (p % 64)) & 1; }
+  [[nodiscard]] bool contains(int p) const noexcept {
+    return (words[static_cast<std::size_t>(p) / 64] >> (p % 64)) & 1;
+  }
   [[nodiscard]] bool empty() const noexcept { return *this == PositionSet{}; }
   PositionSet& operator|=(const PositionSet& o) noexcept {
     for (std::size_t i = 0; i < words.size(); ++i) words[i] |= o.words[i];
@@ -40,7 +42,7 @@ struct Positions {
   std::vector<int> atoms;           // [position] -> Expression::atoms
   std::vector<PositionSet> follow;  // [position] -> what may come next
   PositionSet first, last;
-  bool nullable = false;            // the empty word belongs to the language
+  bool nullable = false;  // the empty word belongs to the language
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(atoms.size()); }
 };

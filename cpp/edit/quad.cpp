@@ -26,7 +26,8 @@ V3d middle(const Quad& q) noexcept { return q.corner + (q.edge_u + q.edge_v) * 0
 // All of `q` lies within `distance` of the plane of `other`.
 bool is_near_plane(const Quad& q, const Quad& other, double distance) noexcept {
   const V3d from = q.corner - middle(other);
-  const double d = from.dot(other.frame.n), du = q.edge_u.dot(other.frame.n), dv = q.edge_v.dot(other.frame.n);
+  const double d = from.dot(other.frame.n), du = q.edge_u.dot(other.frame.n),
+               dv = q.edge_v.dot(other.frame.n);
   return std::max({std::abs(d), std::abs(d + du), std::abs(d + dv), std::abs(d + du + dv)}) <= distance;
 }
 
@@ -38,9 +39,10 @@ bool share_plane(const Quad& a, const Quad& b, double distance) noexcept {
   return is_near_plane(a, b, distance) && is_near_plane(b, a, distance);
 }
 
-// Union-find over quads that share planes: root of each quad. Such planes lie about equally far from the origin, so in that order only
-// near ones are compared.
-std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distance, const CancelPoint& cancel) {
+// Union-find over quads that share planes: root of each quad. Such planes lie about equally far from the
+// origin, so in that order only near ones are compared.
+std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distance,
+                                     const CancelPoint& cancel) {
   std::vector<std::size_t> parent(quads.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
   const auto root = [&](std::size_t i) {
@@ -55,12 +57,14 @@ std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distan
     reach = std::max(reach, m.length());
   }
   std::ranges::sort(order);
-  const double window = 1.001 * (distance + like_normal * reach);  // |n·m| of two that share a plane differ by no more
+  // |n·m| of two that share a plane differ by no more
+  const double window = 1.001 * (distance + like_normal * reach);
   for (std::size_t a = 0; a < order.size(); ++a) {
     cancel();
     for (std::size_t b = a; b-- > 0 && order[a].first - order[b].first <= window;) {
       const std::size_t i = order[a].second, j = order[b].second;
-      if (root(i) != root(j) && share_plane(*quads[i], *quads[j], distance)) parent[std::max(root(i), root(j))] = std::min(root(i), root(j));
+      if (root(i) != root(j) && share_plane(*quads[i], *quads[j], distance))
+        parent[std::max(root(i), root(j))] = std::min(root(i), root(j));
     }
   }
   for (std::size_t i = 0; i < quads.size(); ++i) parent[i] = root(i);
@@ -70,7 +74,8 @@ std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distan
 }  // namespace
 
 std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& description) noexcept {
-  const V3d c = row(description.matrix, 3), x = row(description.matrix, 0) * description.half_size, y = row(description.matrix, 1) * description.half_size;
+  const V3d c = row(description.matrix, 3), x = row(description.matrix, 0) * description.half_size,
+            y = row(description.matrix, 1) * description.half_size;
   const std::array<V3d, 4> corners{c - x - y, c + x - y, c - x + y, c + x + y};
   for (const V3d& p : corners)
     if (!is_finite(p) || std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > 1e15) return std::nullopt;
@@ -78,7 +83,8 @@ std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& descriptio
 }
 
 bool is_finite(const QuadDescription& description) noexcept {
-  return quad_corners(description) && is_finite(row(description.matrix, 2)) && std::isfinite(description.offset) && std::isfinite(description.half_size);
+  return quad_corners(description) && is_finite(row(description.matrix, 2)) &&
+         std::isfinite(description.offset) && std::isfinite(description.half_size);
 }
 
 std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre, double extent) {
@@ -95,7 +101,8 @@ std::optional<Quad> make_quad(const QuadDescription& description, const V3d& cen
   q.area = across.length();
   if (!(q.area > 0) || !(q.area >= 1e-12 * extent * extent)) return std::nullopt;
 
-  // Design §2: n on the side of the image of local +Z, b = ±n × t, so that a mirrored quad has a mirrored frame. b keeps to local Y.
+  // Design §2: n on the side of the image of local +Z, b = ±n × t, so that a mirrored quad has a mirrored
+  // frame. b keeps to local Y.
   const V3d n = across / q.area;
   q.frame.t = q.edge_u.normalized();
   q.frame.b = n.cross(q.frame.t).normalized();

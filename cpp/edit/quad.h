@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Geometry of one entry or exit (design §2), in double and re-centred space (world = re-centred + centre). Knows no expression.
-// A quad floats in front of its own plane, on the side of its arrow. Quads of one plane group are moved onto one plane, so that a ray
-// meets all of them at one and the same t and `order` decides.
+// Geometry of one entry or exit (design §2), in double and re-centred space (world = re-centred + centre).
+// Knows no expression. A quad floats in front of its own plane, on the side of its arrow. Quads of one plane
+// group are moved onto one plane, so that a ray meets all of them at one and the same t and `order` decides.
 #pragma once
 #include <array>
 #include <optional>
@@ -21,16 +21,16 @@ struct QuadFrame {
 };
 
 struct Quad {
-  V3d corner, edge_u, edge_v;     // point(u, v) = corner + u edge_u + v edge_v
+  V3d corner, edge_u, edge_v;  // point(u, v) = corner + u edge_u + v edge_v
   QuadFrame frame;
-  V3d dual_u, dual_v;             // u = p · dual_u - u0, for p in the plane
+  V3d dual_u, dual_v;  // u = p · dual_u - u0, for p in the plane
   double u0 = 0, v0 = 0;
-  V3d plane_normal;               // of the plane group: plane_normal · p = plane_offset
+  V3d plane_normal;  // of the plane group: plane_normal · p = plane_offset
   double plane_offset = 0;
-  double slack = 0;               // a few ulp of the largest coordinate, so that neighbours share their edge
+  double slack = 0;  // a few ulp of the largest coordinate, so that neighbours share their edge
   double slack_u = 0, slack_v = 0;  // the same in u and v
   double area = 0;
-  double offset = 0;              // the artist's
+  double offset = 0;  // the artist's
   int order = 0;
   int group = -1;
 
@@ -51,14 +51,18 @@ inline constexpr double least_cosine = 1e-6;
 [[nodiscard]] bool is_finite(const QuadDescription& description) noexcept;
 
 // Empty also for an area below 1e-12 extent². Not floated yet.
-[[nodiscard]] std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre, double extent);
+[[nodiscard]] std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre,
+                                            double extent);
 
-// Floats every quad by delta + its offset, finds the plane groups (normals equal up to sign, floated planes within delta / 2) and
-// moves each quad onto the plane of its group. `scale`: largest |coordinate| that rays have, for the slack. Returns the number of groups.
+// Floats every quad by delta + its offset, finds the plane groups (normals equal up to sign, floated planes
+// within delta / 2) and moves each quad onto the plane of its group. `scale`: largest |coordinate| that rays
+// have, for the slack. Returns the number of groups.
 int place_quads(std::span<Quad* const> quads, double delta, double scale, const CancelPoint& cancel = {});
 
-// The ray's crossing, whatever its t (also behind the origin); empty outside of the quad or if nearly parallel (|n·d| < 1e-6, d unit).
-[[nodiscard]] std::optional<QuadHit> intersect(const Quad& quad, const V3d& origin, const V3d& direction) noexcept;
+// The ray's crossing, whatever its t (also behind the origin); empty outside of the quad or if nearly
+// parallel (|n·d| < 1e-6, d unit).
+[[nodiscard]] std::optional<QuadHit> intersect(const Quad& quad, const V3d& origin,
+                                               const V3d& direction) noexcept;
 
 // (u, v) of a point of the quad's plane, empty outside of it.
 [[nodiscard]] std::optional<V2d> locate(const Quad& quad, const V3d& point) noexcept;

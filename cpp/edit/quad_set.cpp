@@ -15,9 +15,11 @@ namespace {
 
 constexpr std::size_t loop_size = 2;   // so few are tested as fast without spheres
 constexpr std::size_t leaf_size = 16;  // under a box
-constexpr double widening = 0x1p-19;   // of boxes and spheres, relative to that of all: more than floats round away between a ray and a box
+// of boxes and spheres, relative to that of all: more than floats round away between a ray and a box
+constexpr double widening = 0x1p-19;
 constexpr double no_cone = -1;
-constexpr float rounding = 0x1p-19f;   // of the squared distance between a ray and a middle, relative to that of the ray's origin
+// of the squared distance between a ray and a middle, relative to that of the ray's origin
+constexpr float rounding = 0x1p-19f;
 
 // No members at all: every edit is meant.
 bool is_member(EditSet members, int edit) noexcept { return members.empty() || contains(members, edit); }
@@ -61,7 +63,8 @@ void QuadSet::add(const Quad& q, const QuadId& id) {
 }
 
 std::size_t QuadSet::bytes() const noexcept {
-  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId)) + low_.size() * 2 * sizeof(V3d) + octets_.size() * sizeof(Octet) + nodes_.size() * sizeof(Node);
+  return size() * (sizeof(Test) + 2 * sizeof(int) + sizeof(QuadId)) + low_.size() * 2 * sizeof(V3d) +
+         octets_.size() * sizeof(Octet) + nodes_.size() * sizeof(Node);
 }
 
 void QuadSet::build() {
@@ -89,7 +92,8 @@ std::int32_t QuadSet::make_leaf(std::span<const std::uint32_t> range) {
   for (std::size_t begin = 0; begin < range.size(); begin += width) {
     const auto part = range.subspan(begin, std::min(width, range.size() - begin));
     Octet octet{};
-    octet.first = static_cast<std::uint32_t>(sorted_.size()), octet.count = static_cast<std::uint32_t>(part.size());
+    octet.first = static_cast<std::uint32_t>(sorted_.size());
+    octet.count = static_cast<std::uint32_t>(part.size());
     octet.ends_leaf = begin + width >= range.size();
     for (std::size_t i = 0; i < part.size(); ++i) {
       const V3d centre = (low_[part[i]] + high_[part[i]]) / 2 - middle_;
@@ -120,7 +124,8 @@ std::int32_t QuadSet::make_node(std::span<std::uint32_t> range) {
   for (std::size_t c = 0; c < width; ++c) {
     const auto part = c < parts.size() ? parts[c] : std::span<std::uint32_t>();
     for (int axis = 0; axis < 3; ++axis) {
-      double low = std::numeric_limits<double>::infinity(), high = -low;  // of no quads: a box that nothing enters
+      // of no quads: a box that nothing enters
+      double low = std::numeric_limits<double>::infinity(), high = -low;
       for (const std::uint32_t q : part) {
         low = std::min(low, low_[q][axis]);
         high = std::max(high, high_[q][axis]);
@@ -144,8 +149,9 @@ void QuadSet::sort_by_octets() {
   sorted_ = {};
 }
 
-// The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the same bits for t. Most quads
-// are missed by the first comparison: leaving early costs less than testing several side by side.
+// The formula of quad.cpp's intersect(), operation by operation, so that every quad of a plane group gets the
+// same bits for t. Most quads are missed by the first comparison: leaving early costs less than testing
+// several side by side.
 template <class Found>
 void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Found& found) const noexcept {
   const V3d o = segment.origin, d = segment.direction;
@@ -157,23 +163,29 @@ void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Fo
   const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
   if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) return;
   const double v = q.dual_v.x * x + q.dual_v.y * y + q.dual_v.z * z - q.v0;
-  if (!(v >= -q.slack_v && v <= 1 + q.slack_v) || group_[i] == segment.excluded_group || !(t < std::numeric_limits<double>::infinity())) return;
+  if (!(v >= -q.slack_v && v <= 1 + q.slack_v) || group_[i] == segment.excluded_group ||
+      !(t < std::numeric_limits<double>::infinity()))
+    return;
   found(i, t, V2d(std::clamp(u, 0.0, 1.0), std::clamp(v, 0.0, 1.0)));
 }
 
 // A ray relative to the middle of all quads, or a cone round it, in floats.
 struct QuadSet::Probe {
-  float origin[3], direction[3], per_length2;  // 1 / |direction|²: a direction in floats is a unit one only nearly
-  float radius = 0, slope = 0;                 // of the cone, at the origin; by which it loses radius
+  // 1 / |direction|²: a direction in floats is a unit one only nearly
+  float origin[3], direction[3], per_length2;
+  float radius = 0, slope = 0;                     // of the cone, at the origin; by which it loses radius
   float inverse[3], from_enter[3], from_leave[3];  // these are for boxes alone
   std::size_t enter[3], leave[3];                  // by which of a box's bounds
 
-  Probe(const V3d& from, const V3d& towards) noexcept : per_length2(static_cast<float>(1 / towards.length2())) {
-    for (int axis = 0; axis < 3; ++axis) origin[axis] = static_cast<float>(from[axis]), direction[axis] = static_cast<float>(towards[axis]);
+  Probe(const V3d& from, const V3d& towards) noexcept
+      : per_length2(static_cast<float>(1 / towards.length2())) {
+    for (int axis = 0; axis < 3; ++axis)
+      origin[axis] = static_cast<float>(from[axis]), direction[axis] = static_cast<float>(towards[axis]);
   }
-  // To the cone of segments with one end, of which one is this; it began `start` before the origin. A point p of another lies within
-  // slope · (length - along(p)) of the axis, slope = k / (1 - k), k = first_radius / length, and along(p) >= along(centre) - radius for a
-  // sphere that holds it. A cone as wide as it is long is taken for a cylinder.
+  // To the cone of segments with one end, of which one is this; it began `start` before the origin. A point p
+  // of another lies within slope · (length - along(p)) of the axis, slope = k / (1 - k), k = first_radius /
+  // length, and along(p) >= along(centre) - radius for a sphere that holds it. A cone as wide as it is long
+  // is taken for a cylinder.
   void widen(double first_radius, double length, double start) noexcept {
     const double k = first_radius / length;
     slope = k < 0.5 ? static_cast<float>(k / (1 - k)) : 0;
@@ -189,7 +201,8 @@ struct QuadSet::Probe {
     }
   }
 
-  // Spheres that its line meets, or the cone, a bit for each. (Numbers that overflow make NaN, which is not greater.)
+  // Spheres that its line meets, or the cone, a bit for each. (Numbers that overflow make NaN, which is not
+  // greater.)
   [[nodiscard]] unsigned meets(const Octet& octet) const noexcept {
 #if defined(__AVX2__) && defined(__FMA__)
     __m256 along = _mm256_setzero_ps(), away2 = _mm256_setzero_ps();
@@ -198,10 +211,13 @@ struct QuadSet::Probe {
       along = _mm256_fmadd_ps(to, _mm256_set1_ps(direction[axis]), along);
       away2 = _mm256_fmadd_ps(to, to, away2);
     }
-    const __m256 sphere = _mm256_load_ps(octet.radius), cone = _mm256_fmadd_ps(_mm256_sub_ps(sphere, along), _mm256_set1_ps(slope), _mm256_set1_ps(radius));
+    const __m256 sphere = _mm256_load_ps(octet.radius),
+                 cone = _mm256_fmadd_ps(_mm256_sub_ps(sphere, along), _mm256_set1_ps(slope),
+                                        _mm256_set1_ps(radius));
     const __m256 reach = _mm256_add_ps(sphere, _mm256_max_ps(cone, _mm256_setzero_ps()));
     const __m256 most = _mm256_fmadd_ps(away2, _mm256_set1_ps(rounding), _mm256_mul_ps(reach, reach));
-    const __m256 distance2 = _mm256_fnmadd_ps(_mm256_mul_ps(along, _mm256_set1_ps(per_length2)), along, away2);
+    const __m256 distance2 =
+        _mm256_fnmadd_ps(_mm256_mul_ps(along, _mm256_set1_ps(per_length2)), along, away2);
     const auto met = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(distance2, most, _CMP_NGT_UQ)));
 #else
     unsigned met = 0;
@@ -224,8 +240,14 @@ struct QuadSet::Probe {
     __m256 near = _mm256_setzero_ps(), far = _mm256_set1_ps(t_end);
     for (int axis = 0; axis < 3; ++axis) {
       const __m256 i = _mm256_set1_ps(inverse[axis]);
-      near = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node.bounds[enter[axis]]), _mm256_set1_ps(from_enter[axis])), i), near);
-      far = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(node.bounds[leave[axis]]), _mm256_set1_ps(from_leave[axis])), i), far);
+      near = _mm256_max_ps(
+          _mm256_mul_ps(
+              _mm256_sub_ps(_mm256_load_ps(node.bounds[enter[axis]]), _mm256_set1_ps(from_enter[axis])), i),
+          near);
+      far = _mm256_min_ps(
+          _mm256_mul_ps(
+              _mm256_sub_ps(_mm256_load_ps(node.bounds[leave[axis]]), _mm256_set1_ps(from_leave[axis])), i),
+          far);
     }
     return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(near, far, _CMP_LE_OQ)));
 #else
@@ -233,7 +255,8 @@ struct QuadSet::Probe {
     for (std::size_t c = 0; c < width; ++c) {
       float near = 0, far = t_end;
       for (int axis = 0; axis < 3; ++axis) {
-        const float t0 = (node.bounds[enter[axis]][c] - from_enter[axis]) * inverse[axis], t1 = (node.bounds[leave[axis]][c] - from_leave[axis]) * inverse[axis];
+        const float t0 = (node.bounds[enter[axis]][c] - from_enter[axis]) * inverse[axis],
+                    t1 = (node.bounds[leave[axis]][c] - from_leave[axis]) * inverse[axis];
         near = t0 > near ? t0 : near;
         far = t1 < far ? t1 : far;
       }
@@ -255,7 +278,9 @@ void QuadSet::visit(const Segment& segment, double radius, const double& t_max, 
   if (root_ >= 0) {  // from where it enters the box of all, so that floats are as exact as that box is small
     double end = t_max;
     for (int axis = 0; axis < 3; ++axis) {
-      const double inverse = 1 / segment.direction[axis], half = std::copysign(half_[axis] + std::max(radius, 0.0), inverse), near = (-half - from[axis]) * inverse, far = (half - from[axis]) * inverse;
+      const double inverse = 1 / segment.direction[axis],
+                   half = std::copysign(half_[axis] + std::max(radius, 0.0), inverse),
+                   near = (-half - from[axis]) * inverse, far = (half - from[axis]) * inverse;
       start = near > start ? near : start;
       end = far < end ? far : end;
     }
@@ -272,10 +297,12 @@ void QuadSet::visit(const Segment& segment, double radius, const double& t_max, 
     const std::int32_t next = stack[--open];
     if (next >= 0) {
       const Node& node = nodes_[static_cast<std::size_t>(next)];
-      for (unsigned met = probe.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1) stack[open++] = node.child[std::countr_zero(met)];
+      for (unsigned met = probe.enters(node, static_cast<float>(t_max - start)); met; met &= met - 1)
+        stack[open++] = node.child[std::countr_zero(met)];
     } else {
       for (const Octet* octet = &octets_[static_cast<std::size_t>(~next)];; ++octet) {
-        for (unsigned met = probe.meets(*octet); met; met &= met - 1) act(octet->first + static_cast<std::size_t>(std::countr_zero(met)));
+        for (unsigned met = probe.meets(*octet); met; met &= met - 1)
+          act(octet->first + static_cast<std::size_t>(std::countr_zero(met)));
         if (octet->ends_leaf || !(t_max > segment.t_min)) break;
       }
     }
@@ -312,7 +339,8 @@ bool QuadSet::any(const Segment& segment, EditSet members) const noexcept {
   return hit;
 }
 
-bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::size_t most, std::vector<std::uint32_t>& out) const {
+bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::size_t most,
+                      std::vector<std::uint32_t>& out) const {
   double t_max = segment.t_max;
   visit(segment, radius, t_max, [&](std::size_t i) {
     if (!is_member(members, id_[i].edit)) return;
@@ -324,14 +352,16 @@ bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, st
 
 bool QuadSet::any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept {
   bool hit = false;
-  for (const std::uint32_t i : numbers) test(segment, segment.t_max, i, [&](std::size_t, double, const V2d&) { hit = true; });
+  for (const std::uint32_t i : numbers)
+    test(segment, segment.t_max, i, [&](std::size_t, double, const V2d&) { hit = true; });
   return hit;
 }
 
 void QuadSet::all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const {
   double t_max = segment.t_max;
   search(segment, t_max, [&](std::size_t i, double t, const V2d& uv) {
-    if (is_member(members, id_[i].edit)) out.push_back({t, uv, id_[i].edit, id_[i].exit, group_[i], order_[i]});
+    if (is_member(members, id_[i].edit))
+      out.push_back({t, uv, id_[i].edit, id_[i].exit, group_[i], order_[i]});
   });
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Many quads asked at once (design §2: they are not in the scene's acceleration structure): spheres round them, eight at a time, and above
-// those a BVH of boxes where there are many. Spheres and boxes are of floats and only widen the search; every answer is computed in double
-// by the formula of quad.h, so all ways agree bit for bit.
+// Many quads asked at once (design §2: they are not in the scene's acceleration structure): spheres round
+// them, eight at a time, and above those a BVH of boxes where there are many. Spheres and boxes are of floats
+// and only widen the search; every answer is computed in double by the formula of quad.h, so all ways agree
+// bit for bit.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -16,7 +17,8 @@ namespace sluice {
 struct Segment {
   V3d origin;
   V3d direction;
-  double t_min = 0, t_max = std::numeric_limits<double>::infinity();  // crossings with t_min < t <= t_max count
+  // crossings with t_min < t <= t_max count
+  double t_min = 0, t_max = std::numeric_limits<double>::infinity();
   int excluded_group = -1;  // the plane group that the segment starts in
 };
 
@@ -45,12 +47,15 @@ class QuadSet {
   [[nodiscard]] bool empty() const noexcept { return id_.empty(); }
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit < 0 if there is none.
+  // The first crossing by (t, order) among edits whose bit is set (members empty: all edits); Crossing::edit
+  // < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;
   [[nodiscard]] bool any(const Segment& segment, EditSet members = {}) const noexcept;
-  // Numbers, appended, of the quads that any segment may cross which begins within `radius` (m) of this one's origin and ends where it ends
-  // (and of some that none can). False: more than `most`; then they are not all there.
-  [[nodiscard]] bool in_cone(const Segment& segment, double radius, EditSet members, std::size_t most, std::vector<std::uint32_t>& out) const;
+  // Numbers, appended, of the quads that any segment may cross which begins within `radius` (m) of this one's
+  // origin and ends where it ends (and of some that none can). False: more than `most`; then they are not all
+  // there.
+  [[nodiscard]] bool in_cone(const Segment& segment, double radius, EditSet members, std::size_t most,
+                             std::vector<std::uint32_t>& out) const;
   [[nodiscard]] bool any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept;
   // Appends all crossings, in no order.
   void all(const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
@@ -68,7 +73,8 @@ class QuadSet {
     std::int32_t child[width];           // a node, or ~the first octet of a leaf
   };
   struct Probe;
-  // Calls act(index) for quads that may touch the segment, or the cone round it that begins with `radius`; t_max may shrink meanwhile.
+  // Calls act(index) for quads that may touch the segment, or the cone round it that begins with `radius`;
+  // t_max may shrink meanwhile.
   template <class Act>
   void visit(const Segment& segment, double radius, const double& t_max, const Act& act) const;
   // Calls found(index, t, u, v) for crossings with t_min < t <= t_max; t_max may shrink meanwhile.
@@ -95,8 +101,8 @@ class QuadSet {
   std::vector<std::uint32_t> sorted_;  // by octets; gone then, too
   std::vector<Octet> octets_;          // empty when a plain loop does
   std::vector<Node> nodes_;
-  std::int32_t root_ = 0;              // as a node's child
-  V3d middle_{0}, half_{0};            // of the box of all
+  std::int32_t root_ = 0;    // as a node's child
+  V3d middle_{0}, half_{0};  // of the box of all
 };
 
 }  // namespace sluice

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The side of a language (design §3). Decided on the language, not on the text: a position counts only if some word passes it.
+// The side of a language (design §3). Decided on the language, not on the text: a position counts only if
+// some word passes it.
 #include <string>
 
 #include "edit/expression.h"
@@ -17,7 +18,8 @@ struct Language {
   Positions positions;
   PositionSet live;  // positions that lie on some word
 
-  Language(const Expression& e, const std::string& name) : expression(e), item(name), positions(make_positions(e)) {
+  Language(const Expression& e, const std::string& name)
+      : expression(e), item(name), positions(make_positions(e)) {
     live = reach(positions, any_interaction | light | eye);
     live &= reach(reversed(positions), any_interaction | light | eye);
     positions.first &= live;
@@ -43,7 +45,9 @@ struct Language {
     return reached;
   }
 
-  [[nodiscard]] const Atom& atom(int p) const { return expression.atoms[static_cast<std::size_t>(positions.atoms[static_cast<std::size_t>(p)])]; }
+  [[nodiscard]] const Atom& atom(int p) const {
+    return expression.atoms[static_cast<std::size_t>(positions.atoms[static_cast<std::size_t>(p)])];
+  }
   [[nodiscard]] EventMask kinds(int p) const { return atom(p).kinds(); }
 
   // Column of the leftmost position of `set` that can be an event of `some`; 0 if none can.
@@ -62,7 +66,8 @@ struct Language {
   }
 };
 
-constexpr EventMask not_light = static_cast<EventMask>(any_interaction | eye), not_eye = static_cast<EventMask>(any_interaction | light);
+constexpr EventMask not_light = static_cast<EventMask>(any_interaction | eye),
+                    not_eye = static_cast<EventMask>(any_interaction | light);
 
 }  // namespace
 
@@ -70,16 +75,33 @@ Side side_of(const Expression& expression, const std::string& item) {
   const Language words(expression, item);
   words.check_not_empty();
   const int first_l = words.column(words.live, light), first_e = words.column(words.live, eye);
-  if (!first_l && !first_e) words.fail(1, "this says neither where the path starts nor where it ends; write L first for a light edit, or E last for a view edit");
+  if (!first_l && !first_e)
+    words.fail(1,
+               "this says neither where the path starts nor where it ends; write L first for a light edit, "
+               "or E last for a view edit");
   if (first_l && first_e)
-    words.fail(first_e, "an edit reads the path from its light (L first, no E) or to the eye (E last, no L); write one of the two without the other");
+    words.fail(first_e,
+               "an edit reads the path from its light (L first, no E) or to the eye (E last, no L); write "
+               "one of the two without the other");
   if (first_l) {
-    if (const int at = words.column(words.positions.first, not_light)) words.fail(at, "some paths of this expression begin here, and every path of a light edit begins with L; write L first");
-    if (words.positions.nullable) words.fail(first_l, "this also matches the empty path, and every path of a light edit begins with L; write L without making it optional");
+    if (const int at = words.column(words.positions.first, not_light))
+      words.fail(at,
+                 "some paths of this expression begin here, and every path of a light edit begins with L; "
+                 "write L first");
+    if (words.positions.nullable)
+      words.fail(first_l,
+                 "this also matches the empty path, and every path of a light edit begins with L; write L "
+                 "without making it optional");
     return Side::Light;
   }
-  if (const int at = words.column(words.positions.last, not_eye)) words.fail(at, "some paths of this expression end here, and every path of a view edit ends with E; write E last");
-  if (words.positions.nullable) words.fail(first_e, "this also matches the empty path, and every path of a view edit ends with E; write E without making it optional");
+  if (const int at = words.column(words.positions.last, not_eye))
+    words.fail(
+        at,
+        "some paths of this expression end here, and every path of a view edit ends with E; write E last");
+  if (words.positions.nullable)
+    words.fail(first_e,
+               "this also matches the empty path, and every path of a view edit ends with E; write E without "
+               "making it optional");
   constexpr EventMask seen_kinds = static_cast<EventMask>(mask_of(Event::S) | mask_of(Event::F) | eye);
   const PositionSet seen = words.reach(words.positions, seen_kinds) & words.positions.last;
   if (seen.empty()) {
@@ -87,18 +109,24 @@ Side side_of(const Expression& expression, const std::string& item) {
     words.live.for_each([&](int p) {
       if (!(words.kinds(p) & seen_kinds)) blocking.insert(p);
     });
-    words.fail(words.column(blocking, gathering | light), "view paths end at their first D or G, so this view edit never acts; write it with S, F and E alone, such as S E");
+    words.fail(words.column(blocking, gathering | light),
+               "view paths end at their first D or G, so this view edit never acts; write it with S, F and E "
+               "alone, such as S E");
   }
   return Side::View;
 }
 
-Side check_edit_expression(std::string_view text, const std::string& item) { return side_of(parse_expression(text, item), item); }
+Side check_edit_expression(std::string_view text, const std::string& item) {
+  return side_of(parse_expression(text, item), item);
+}
 
 void check_layer(const Expression& expression, const std::string& item) {
   const Language words(expression, item);
   words.check_not_empty();
-  if (const int at = words.column(words.positions.first, not_light)) words.fail(at, "a layer reads whole paths from L to E, and some begin here; write L first");
-  if (const int at = words.column(words.positions.last, not_eye)) words.fail(at, "a layer reads whole paths from L to E, and some end here; write E last");
+  if (const int at = words.column(words.positions.first, not_light))
+    words.fail(at, "a layer reads whole paths from L to E, and some begin here; write L first");
+  if (const int at = words.column(words.positions.last, not_eye))
+    words.fail(at, "a layer reads whole paths from L to E, and some end here; write E last");
   if (words.positions.nullable) words.fail(1, "this also matches the empty path; write L first and E last");
 }
 

@@ -14,7 +14,11 @@ std::u32string decode_utf8(std::string_view bytes, const std::string& item) {
   out.reserve(bytes.size());
   for (std::size_t i = 0; i < bytes.size();) {
     const auto lead = static_cast<unsigned char>(bytes[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+    const std::size_t length = lead < 0x80                   ? 1
+                               : lead >= 0xc2 && lead < 0xe0 ? 2
+                               : lead >= 0xe0 && lead < 0xf0 ? 3
+                               : lead >= 0xf0 && lead < 0xf5 ? 4
+                                                             : 0;
     bool ok = length > 0 && i + length <= bytes.size();
     char32_t c = length == 1 ? lead : lead & (0x7fu >> length);
     for (std::size_t k = 1; ok && k < length; ++k) {
@@ -24,7 +28,8 @@ std::u32string decode_utf8(std::string_view bytes, const std::string& item) {
     }
     constexpr char32_t smallest[] = {0, 0, 0x80, 0x800, 0x10000};
     if (!ok || c < smallest[length] || c > 0x10ffff || (c >= 0xd800 && c < 0xe000))
-      throw ExpressionError(item, static_cast<int>(out.size()) + 1, "this character is not valid UTF-8; write it anew");
+      throw ExpressionError(item, static_cast<int>(out.size()) + 1,
+                            "this character is not valid UTF-8; write it anew");
     out.push_back(c);
     i += length;
   }

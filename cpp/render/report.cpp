@@ -18,11 +18,17 @@ std::string format(const char* pattern, Args... args) {
 // Of an edit. View paths carry no energy.
 std::string figures(const Statistics& s, std::size_t e) {
   const EditCounts& edit = s.counts.edits[e];
-  std::string text = "edit " + s.edit_names[e] + format(": took %llu paths, sent on %llu, capped %llu", static_cast<unsigned long long>(edit.matched),
-                                                        static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
-  if (edit.energy_in > 0) text += format(", energy out / in %.4g, took %.3g %% of the lamps' light", edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
+  std::string text =
+      "edit " + s.edit_names[e] +
+      format(": took %llu paths, sent on %llu, capped %llu", static_cast<unsigned long long>(edit.matched),
+             static_cast<unsigned long long>(edit.moved), static_cast<unsigned long long>(edit.capped));
+  if (edit.energy_in > 0)
+    text += format(", energy out / in %.4g, took %.3g %% of the lamps' light",
+                   edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
   if (edit.matched == 0 && edit.has_acted()) text += ", took light on its way to the eye";
-  if (e < s.edit_shares.size() && (edit.moved > 0 || edit.shown > 0)) text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e], edit.seconds / s.threads);
+  if (e < s.edit_shares.size() && (edit.moved > 0 || edit.shown > 0))
+    text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e],
+                   edit.seconds / s.threads);
   return text + '\n';
 }
 
@@ -32,9 +38,13 @@ std::string missed(const Statistics& s) {
   for (std::size_t e = 0; e < s.arrivals.size() && e < s.counts.edits.size(); ++e) {
     const Arrivals& found = s.arrivals[e];
     if (s.counts.edits[e].has_acted() || found.probed == 0) continue;
-    text += "edit " + s.edit_names[e] + format(": no light that matches crossed the entry; %llu of %llu test paths crossed it", static_cast<unsigned long long>(found.crossed),
-                                              static_cast<unsigned long long>(found.probed));
-    if (found.taken > 0) text += format("; %llu were taken before, most by ", static_cast<unsigned long long>(found.taken)) + found.taker;
+    text +=
+        "edit " + s.edit_names[e] +
+        format(": no light that matches crossed the entry; %llu of %llu test paths crossed it",
+               static_cast<unsigned long long>(found.crossed), static_cast<unsigned long long>(found.probed));
+    if (found.taken > 0)
+      text += format("; %llu were taken before, most by ", static_cast<unsigned long long>(found.taken)) +
+              found.taker;
     for (const auto& kind : found.kinds) text += format("; %.0f %% as ", 100 * kind.share) + kind.expression;
     text += '\n';
   }
@@ -50,25 +60,40 @@ std::string hex(std::uint64_t hash) { return format("%016llx", static_cast<unsig
 std::string describe(const Statistics& s) {
   const Counts& c = s.counts;
   std::string text;
-  for (const auto& reason : s.reasons) text += format("%s: %s (%s)\n", reason.effect.c_str(), reason.runs ? "ran" : "skipped", reason.why.c_str());
-  text += format("time: compile %.2f s, guide %.2f s, photons %.2f s, view %.2f s on %d threads\n", s.seconds[0], s.seconds[1], s.seconds[2], s.seconds[3], s.threads);
-  text += format("work: %zu triangles, %.2f M rays, %.2f M photon paths, %.2f M photons stored, %.2f M view paths, %.2f M gathers of %.1f photons\n", s.triangles,
-                 millions(c.rays + c.shadow_rays), millions(c.photon_paths), millions(c.photons_stored), millions(c.view_paths), millions(c.gathers),
-                 c.gathers ? static_cast<double>(c.photons_gathered) / static_cast<double>(c.gathers) : 0.0);
-  text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]), static_cast<double>(s.radius[1]));
+  for (const auto& reason : s.reasons)
+    text +=
+        format("%s: %s (%s)\n", reason.effect.c_str(), reason.runs ? "ran" : "skipped", reason.why.c_str());
+  text += format("time: compile %.2f s, guide %.2f s, photons %.2f s, view %.2f s on %d threads\n",
+                 s.seconds[0], s.seconds[1], s.seconds[2], s.seconds[3], s.threads);
+  text += format(
+      "work: %zu triangles, %.2f M rays, %.2f M photon paths, %.2f M photons stored, %.2f M view paths, %.2f "
+      "M gathers of %.1f photons\n",
+      s.triangles, millions(c.rays + c.shadow_rays), millions(c.photon_paths), millions(c.photons_stored),
+      millions(c.view_paths), millions(c.gathers),
+      c.gathers ? static_cast<double>(c.photons_gathered) / static_cast<double>(c.gathers) : 0.0);
+  text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]),
+                 static_cast<double>(s.radius[1]));
   for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) text += figures(s, e);
   for (const LayerShare& layer : s.layers)
-    text += "layer " + layer.name + ": " + layer.expression + format(", %.3g %% of the picture's light\n", 100 * layer.share);
+    text += "layer " + layer.name + ": " + layer.expression +
+            format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);
   constexpr std::size_t told = 8;
   for (const UnmetShare& unmet : std::span(s.unmet).first(std::min(told, s.unmet.size())))
-    text += "not met: " + unmet.name + format(": the pilot found nothing of it where the camera looks; %.2g %% of the photons look on, and the noise told does not know of it\n", 100 * unmet.share);
+    text += "not met: " + unmet.name +
+            format(
+                ": the pilot found nothing of it where the camera looks; %.2g %% of the photons look on, and "
+                "the noise told does not know of it\n",
+                100 * unmet.share);
   if (s.unmet.size() > told) text += format("not met: %zu more\n", s.unmet.size() - told);
-  text += format("dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, %llu by alpha layers, %llu by states, %llu splits; "
-                 "grazing exits: %llu\n",
-                 static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped), static_cast<unsigned long long>(c.depth_capped),
-                 static_cast<unsigned long long>(c.gates_capped), static_cast<unsigned long long>(c.alpha_capped), static_cast<unsigned long long>(c.states_capped),
-                 static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
+  text += format(
+      "dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, "
+      "%llu by alpha layers, %llu by states, %llu splits; "
+      "grazing exits: %llu\n",
+      static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped),
+      static_cast<unsigned long long>(c.depth_capped), static_cast<unsigned long long>(c.gates_capped),
+      static_cast<unsigned long long>(c.alpha_capped), static_cast<unsigned long long>(c.states_capped),
+      static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
   text += format("energy ledger: closes to %.1e of what was emitted\n", s.worst_ledger_residual);
   return text;
 }

@@ -19,15 +19,20 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 // Names of the layers, which are the names of their passes.
 std::vector<std::string> layer_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const LayerDescription& layer : scene.edits().layers()) {
     if (layer.name.empty()) throw SceneError("layer", "a layer has no name; give it one");
-    if (Film::is_fixed(layer.name)) throw SceneError("layer '" + layer.name + "'", "a render pass has this name already; choose another one");
-    if (std::ranges::find(names, layer.name) != names.end()) throw SceneError("layer '" + layer.name + "'", "two layers have this name; rename one of them");
+    if (Film::is_fixed(layer.name))
+      throw SceneError("layer '" + layer.name + "'",
+                       "a render pass has this name already; choose another one");
+    if (std::ranges::find(names, layer.name) != names.end())
+      throw SceneError("layer '" + layer.name + "'", "two layers have this name; rename one of them");
     names.push_back(layer.name);
   }
   return names;
@@ -37,7 +42,9 @@ std::vector<std::string> layer_names(const Scene& scene) {
 std::vector<UnmetShare> unmet_of(const Scene& scene, const Guide& guide) {
   std::vector<UnmetShare> named;
   for (const auto& [light, effect, share] : guide.unmet) {
-    const std::vector<std::string> none, &names = light < 0 ? none : scene.entities()[static_cast<std::size_t>(scene.light_entity(light))].names;
+    const std::vector<std::string> none,
+        &names =
+            light < 0 ? none : scene.entities()[static_cast<std::size_t>(scene.light_entity(light))].names;
     named.push_back({names.empty() ? effect : names.front(), share});
   }
   return named;
@@ -80,16 +87,20 @@ void Session::launch(RenderSettings settings, Compile compile) {
     if (settings_.threads <= 0) settings_.threads = hardware_threads();
     settings_.threads = std::min(settings_.threads, 4 * hardware_threads());
     settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
-    TransportSettings& t = settings_.transport;  // whatever a file says: these bounds keep every index and radius meaningful
+    // whatever a file says: these bounds keep every index and radius meaningful
+    TransportSettings& t = settings_.transport;
     t.photons = std::clamp(t.photons, 1, 1 << 28);
     t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
     t.max_depth = std::clamp(t.max_depth, 1, 250);
-    const auto bound = [](float& x, float least, float otherwise) { x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise; };
+    const auto bound = [](float& x, float least, float otherwise) {
+      x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise;
+    };
     bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
     bound(t.caustic_radius_range, 1, TransportSettings().caustic_radius_range);
     bound(t.soft_range, 1, TransportSettings().soft_range);
     t.pilot_paths = std::min(t.pilot_paths, std::max(t.photons, TransportSettings::short_pilot));
-    if (settings_.use_animated_seed) settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
+    if (settings_.use_animated_seed)
+      settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
     progress_.passes = settings_.passes;
     begin_ = Clock::now();
@@ -105,8 +116,11 @@ void Session::cancel() noexcept { cancel_ = true; }
 
 bool Session::wait(double seconds) {
   std::unique_lock lock(lock_);
-  const auto over = [this] { return progress_.state != State::Compiling && progress_.state != State::Rendering; };
-  return over_.wait_for(lock, std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 1e6) : 0.0), over);
+  const auto over = [this] {
+    return progress_.state != State::Compiling && progress_.state != State::Rendering;
+  };
+  return over_.wait_for(lock, std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 1e6) : 0.0),
+                        over);
 }
 
 // What was warned of stays when an error ends the compilation: it may say why.
@@ -116,9 +130,7 @@ void Session::compile_scene(const Compile& compile) {
   std::exception_ptr error;
   try {
     scene = compile(warnings);
-  } catch (...) {
-    error = std::current_exception();
-  }
+  } catch (...) { error = std::current_exception(); }
   {
     const std::lock_guard lock(lock_);
     scene_ = std::move(scene), warnings_ = std::move(warnings);
@@ -134,13 +146,9 @@ void Session::run(const Compile& compile) {
     render_scene(*scene_);
   } catch (const ExpressionError& error) {
     fail(error.what(), error.item, error.column);
-  } catch (const SceneError& error) {
-    fail(error.what(), error.item);
-  } catch (const std::bad_alloc&) {
+  } catch (const SceneError& error) { fail(error.what(), error.item); } catch (const std::bad_alloc&) {
     fail("out of memory: render fewer pixels, smaller textures or fewer polygons");
-  } catch (const std::exception& error) {
-    fail(error.what());
-  } catch (...) {
+  } catch (const std::exception& error) { fail(error.what()); } catch (...) {
     fail("an unknown error");
   }
 }
@@ -189,11 +197,13 @@ void Session::render_scene(const Scene& scene) {
 }
 
 // Between the halves of the first pass: where view samples go is found out with its photons.
-void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool, double photon_seconds) {
+void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool,
+                           double photon_seconds) {
   if (first.settings.use_adaptive_sampling) guide.samples = place_samples(first, photons, pool, cancel_);
   std::vector<UnmetShare> unmet = unmet_of(first.scene, guide);
   const std::lock_guard lock(lock_);
-  for (std::size_t i = 0; i < std::min<std::size_t>(unmet.size(), 3); ++i) progress_.unmet.push_back(unmet[i].name);
+  for (std::size_t i = 0; i < std::min<std::size_t>(unmet.size(), 3); ++i)
+    progress_.unmet.push_back(unmet[i].name);
   statistics_.unmet = std::move(unmet);
   statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
   statistics_.guide_hash = guide.hash();
@@ -208,7 +218,8 @@ void Session::explain_edits(const Scene& scene, const Effects& effects) {
 
 void Session::start_rendering(const Scene& scene, const Effects& effects) {
   const FrameDescription& frame = scene.frame();
-  auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0, layer_names(scene), frame.x0, frame.y0);
+  auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0, layer_names(scene), frame.x0,
+                                     frame.y0);
   {
     const std::lock_guard lock(film_lock_);
     film_ = std::move(film);
@@ -221,7 +232,8 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
   for (int e = 0; e < scene.edits().size(); ++e) {
     const Quad& entry = scene.edits()[e].entry;
     statistics_.edit_names.push_back(scene.edits()[e].name);
-    statistics_.edit_floats.push_back({scene.edits().delta() + entry.offset, std::min(entry.edge_u.length(), entry.edge_v.length())});
+    statistics_.edit_floats.push_back(
+        {scene.edits().delta() + entry.offset, std::min(entry.edge_u.length(), entry.edge_v.length())});
   }
   statistics_.counts.edits.resize(statistics_.edit_names.size());
   progress_.state = State::Rendering;
@@ -238,24 +250,33 @@ void Session::measure_shares(const Scene& scene) {
   std::vector<LayerShare> layers;
   const double whole = film_->mean_luminance("Combined");
   const auto share = [whole](double part) { return whole > 0 ? part / whole : 0; };
-  for (const LayerDescription& layer : scene.edits().layers()) layers.push_back({layer.name, layer.expression, share(film_->mean_luminance(layer.name))});
+  for (const LayerDescription& layer : scene.edits().layers())
+    layers.push_back({layer.name, layer.expression, share(film_->mean_luminance(layer.name))});
   const std::lock_guard lock(lock_);
   statistics_.layers = std::move(layers);
   const double samples = static_cast<double>(progress_.pass) * film_->width() * film_->height();
-  for (const EditCounts& edit : statistics_.counts.edits) statistics_.edit_shares.push_back(samples > 0 ? share(edit.shown / samples) : 0);
+  for (const EditCounts& edit : statistics_.counts.edits)
+    statistics_.edit_shares.push_back(samples > 0 ? share(edit.shown / samples) : 0);
 }
 
-void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds) {
+void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds,
+                          double view_seconds) {
   const std::lock_guard lock(lock_);
   statistics_.counts += counts;
-  if (counts.states_capped > 0 && counts.states_capped == statistics_.counts.states_capped)  // the first that are
-    warnings_.push_back({"edits", "light goes through more combinations of edits than there is memory to tell apart; paths beyond them are dropped (the log "
-                                  "says how many) and the picture depends on the number of threads: lower Max Edits per Path, or let edits take less"});
+  // the first that are
+  if (counts.states_capped > 0 && counts.states_capped == statistics_.counts.states_capped)
+    warnings_.push_back({"edits",
+                         "light goes through more combinations of edits than there is memory to tell apart; "
+                         "paths beyond them are dropped (the log "
+                         "says how many) and the picture depends on the number of threads: lower Max Edits "
+                         "per Path, or let edits take less"});
   statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
   statistics_.seconds[static_cast<std::size_t>(Phase::View)] += view_seconds;
-  statistics_.worst_ledger_residual = std::max(statistics_.worst_ledger_residual, counts.ledger.relative_residual());
+  statistics_.worst_ledger_residual =
+      std::max(statistics_.worst_ledger_residual, counts.ledger.relative_residual());
   const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
-  if (photons.all.size() > 0) statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
+  if (photons.all.size() > 0)
+    statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
   ++progress_.pass;
   progress_.photons += counts.photon_paths;
   progress_.memory = film_->bytes() + map_bytes;
@@ -269,10 +290,13 @@ StopReason Session::should_stop(double last_pass_seconds) {
     const double error = film_->relative_error();  // only this thread writes to the film
     const std::lock_guard lock(lock_);
     progress_.relative_error = error;
-    if (settings_.error_target > 0 && pass >= 2 * stream_count && error >= 0 && error <= settings_.error_target) return StopReason::Error;
+    if (settings_.error_target > 0 && pass >= 2 * stream_count && error >= 0 &&
+        error <= settings_.error_target)
+      return StopReason::Error;
   }
   const double seconds = elapsed();
-  if (settings_.time_limit > 0 && seconds + last_pass_seconds / 2 > settings_.time_limit) return StopReason::Time;
+  if (settings_.time_limit > 0 && seconds + last_pass_seconds / 2 > settings_.time_limit)
+    return StopReason::Time;
   return pass >= settings_.passes ? StopReason::Passes : StopReason::None;
 }
 
@@ -296,10 +320,13 @@ Progress Session::progress() const {
   if (now.pass == 0) return now;
   const double per_pass = now.seconds / now.pass;
   now.seconds_left = per_pass * (now.passes - now.pass);
-  if (settings_.time_limit > 0) now.seconds_left = std::min(now.seconds_left, std::max(0.0, settings_.time_limit - now.seconds));
+  if (settings_.time_limit > 0)
+    now.seconds_left = std::min(now.seconds_left, std::max(0.0, settings_.time_limit - now.seconds));
   // error ~ passes^(-1/2) while noise rules: passes needed = passes so far · (error / target)²
   if (settings_.error_target > 0 && now.relative_error > 0)
-    now.seconds_left = std::min(now.seconds_left, now.seconds * std::max(0.0, square(now.relative_error / settings_.error_target) - 1));
+    now.seconds_left =
+        std::min(now.seconds_left,
+                 now.seconds * std::max(0.0, square(now.relative_error / settings_.error_target) - 1));
   return now;
 }
 
@@ -316,9 +343,11 @@ Statistics Session::statistics() const {
 std::vector<Session::Picture> Session::pictures(const std::vector<std::string>& names) const {
   const std::lock_guard lock(film_lock_);
   if (!film_ || !film_->has_samples()) return {};
-  if (std::ranges::any_of(names, [this](const std::string& name) { return film_->channels(name) == 0; })) return {};
+  if (std::ranges::any_of(names, [this](const std::string& name) { return film_->channels(name) == 0; }))
+    return {};
   std::vector<Picture> found;
-  for (const std::string& name : names) found.push_back({film_->width(), film_->height(), film_->channels(name), film_->image(name)});
+  for (const std::string& name : names)
+    found.push_back({film_->width(), film_->height(), film_->channels(name), film_->image(name)});
   return found;
 }
 

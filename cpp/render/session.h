@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One render, from description to film: compile, guide, passes, on threads of its own. The host polls; nothing here calls back.
-// Every public function may be called from any thread at any time. Several sessions share nothing.
+// One render, from description to film: compile, guide, passes, on threads of its own. The host polls;
+// nothing here calls back. Every public function may be called from any thread at any time. Several sessions
+// share nothing.
 #pragma once
 #include <array>
 #include <atomic>
@@ -36,13 +37,14 @@ struct Failure {
 struct Progress {
   State state = State::Idle;
   StopReason stop_reason = StopReason::None;
-  int pass = 0, passes = 0;     // finished, wanted
-  std::uint64_t photons = 0;    // light paths emitted
-  double seconds = 0;           // of rendering
-  double seconds_left = -1;     // estimate to the nearest stop; < 0: unknown
-  double relative_error = -1;   // of the picture; < 0: fewer than 4 passes
-  std::vector<std::string> unmet;  // the first of the lights and effects that it does not know of: the pilot found nothing of them
-  std::size_t memory = 0;       // bytes of film and photon maps
+  int pass = 0, passes = 0;    // finished, wanted
+  std::uint64_t photons = 0;   // light paths emitted
+  double seconds = 0;          // of rendering
+  double seconds_left = -1;    // estimate to the nearest stop; < 0: unknown
+  double relative_error = -1;  // of the picture; < 0: fewer than 4 passes
+  // the first of the lights and effects that it does not know of: the pilot found nothing of them
+  std::vector<std::string> unmet;
+  std::size_t memory = 0;  // bytes of film and photon maps
   std::optional<Failure> failure;
 };
 
@@ -73,14 +75,14 @@ struct Statistics {
   std::vector<Floating> edit_floats;    // of counts.edits
   std::vector<double> edit_shares;      // of the picture's luminance: light that the edit took on its way
   std::vector<LayerShare> layers;
-  std::vector<UnmetShare> unmet;        // what relative_error does not know of
-  std::vector<Arrivals> arrivals;       // at the edits' entries; empty unless the settings ask
+  std::vector<UnmetShare> unmet;   // what relative_error does not know of
+  std::vector<Arrivals> arrivals;  // at the edits' entries; empty unless the settings ask
   std::uint64_t guide_hash = 0;
   double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
   double bytes_per_photon = 0;       // of the maps, all included
   std::size_t triangles = 0;
   int threads = 0;
-  std::array<float, 2> radius{};     // of the first pass (m): in general, caustics
+  std::array<float, 2> radius{};  // of the first pass (m): in general, caustics
 };
 
 class Session {
@@ -92,8 +94,9 @@ class Session {
 
   // Returns at once. A session renders once; a second start throws std::logic_error.
   void start(SceneDescription description, RenderSettings settings);
-  // The same things as `base` shows, with another view or other edits: the picture that start() would make, without compiling them anew.
-  // False, and nothing was started: `base` has not compiled them, or edits lie so far away that it must be done anew.
+  // The same things as `base` shows, with another view or other edits: the picture that start() would make,
+  // without compiling them anew. False, and nothing was started: `base` has not compiled them, or edits lie
+  // so far away that it must be done anew.
   [[nodiscard]] bool start_from(const Session& base, ShotDescription shot, RenderSettings settings);
   bool wait(double seconds);  // true: over, whatever way
   void cancel() noexcept;     // returns at once; over within half a second
@@ -106,7 +109,8 @@ class Session {
     int width, height, channels;
     std::vector<float> pixels;  // row 0 at the bottom
   };
-  // Passes of the film by name, of one moment, unfinished passes included. Empty: there is nothing yet, or no pass of such a name.
+  // Passes of the film by name, of one moment, unfinished passes included. Empty: there is nothing yet, or no
+  // pass of such a name.
   [[nodiscard]] std::vector<Picture> pictures(const std::vector<std::string>& names) const;
   [[nodiscard]] std::uint64_t film_hash() const;
 
@@ -119,10 +123,12 @@ class Session {
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();
-  void finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool, double photon_seconds);
+  void finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool,
+                    double photon_seconds);
   void explain_edits(const Scene& scene, const Effects& effects);
   void measure_shares(const Scene& scene);
-  void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds, double view_seconds);
+  void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds,
+                   double view_seconds);
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
@@ -130,7 +136,7 @@ class Session {
 
   RenderSettings settings_;
   std::atomic<bool> cancel_{false};
-  mutable std::mutex lock_;             // of all below but the film
+  mutable std::mutex lock_;  // of all below but the film
   std::condition_variable over_;
   Progress progress_;
   std::shared_ptr<const Scene> scene_;  // stays when the render is over: for start_from

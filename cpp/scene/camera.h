@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Blender's cameras: continuous pixel coordinates of the full frame (row 0 at the bottom, pixel i covers [i, i + 1)) to rays, and back.
-// A border is a crop: it changes which pixels are asked for, nothing here. Also the pixel filter, sampled so that all weights are 1.
+// Blender's cameras: continuous pixel coordinates of the full frame (row 0 at the bottom, pixel i covers [i,
+// i + 1)) to rays, and back. A border is a crop: it changes which pixels are asked for, nothing here. Also
+// the pixel filter, sampled so that all weights are 1.
 #pragma once
 #include <optional>
 #include <vector>
@@ -15,16 +16,22 @@ class Camera {
   Camera() = default;
   Camera(const CameraDescription& camera, const FrameDescription& frame, const V3d& centre);
 
-  [[nodiscard]] Ray generate(float x, float y, const V2f& lens) const noexcept;    // starts on the near clip plane, ends on the far one
-  [[nodiscard]] bool has_lens() const noexcept { return aperture_ > 0; }           // without one, generate() reads no `lens`
-  [[nodiscard]] double depth(const V3d& position) const noexcept;                  // along the view axis, from the camera
-  [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;    // to pixels, pinhole; empty: behind the camera
-  // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start behind the camera.
+  // starts on the near clip plane, ends on the far one
+  [[nodiscard]] Ray generate(float x, float y, const V2f& lens) const noexcept;
+  // without one, generate() reads no `lens`
+  [[nodiscard]] bool has_lens() const noexcept { return aperture_ > 0; }
+  // along the view axis, from the camera
+  [[nodiscard]] double depth(const V3d& position) const noexcept;
+  // to pixels, pinhole; empty: behind the camera
+  [[nodiscard]] std::optional<V2d> project(const V3d& position) const noexcept;
+  // project() undoes generate() for all that rays meet: not where a parent shears the axes, or rays start
+  // behind the camera.
   [[nodiscard]] bool is_invertible() const noexcept;
-  [[nodiscard]] double blur(double depth) const noexcept;                          // pixels: most distance from project() at which the lens shows a point
+  // pixels: most distance from project() at which the lens shows a point
+  [[nodiscard]] double blur(double depth) const noexcept;
   [[nodiscard]] const V3d& position() const noexcept { return eye_; }
-  // Size of a full-frame pixel's footprint (m) at a point, across the ray, told by the point alone: at its straight distance, whatever mirrors
-  // may show it; outside of the picture as at its outermost corner.
+  // Size of a full-frame pixel's footprint (m) at a point, across the ray, told by the point alone: at its
+  // straight distance, whatever mirrors may show it; outside of the picture as at its outermost corner.
   [[nodiscard]] double footprint(const V3d& position) const noexcept;
   [[nodiscard]] double footprint_slope() const noexcept;  // the most that it changes, per metre
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Instances in their place: which matrices can be used, where the origin goes, whose vertices are moved, who reads which layers.
+// Instances in their place: which matrices can be used, where the origin goes, whose vertices are moved, who
+// reads which layers.
 #include <algorithm>
 #include <map>
 
@@ -24,7 +25,8 @@ double determinant(const M44d& m) noexcept {
 // Largest row sum of the linear part: bounds how much a coordinate's error grows.
 double growth(const M44d& m) noexcept {
   double most = 0;
-  for (int i = 0; i < 3; ++i) most = std::max(most, std::abs(m[0][i]) + std::abs(m[1][i]) + std::abs(m[2][i]));
+  for (int i = 0; i < 3; ++i)
+    most = std::max(most, std::abs(m[0][i]) + std::abs(m[1][i]) + std::abs(m[2][i]));
   return most;
 }
 
@@ -47,13 +49,17 @@ std::int8_t index_of(const std::string& name, const auto& layers) noexcept {
 
 MaterialBinding bind(const Scene::Parts& parts, const MeshDescription& mesh, int material) {
   MaterialBinding binding;
-  binding.material = material < 0 ? static_cast<std::uint32_t>(parts.materials.size() - 1) : static_cast<std::uint32_t>(material);
+  binding.material = material < 0 ? static_cast<std::uint32_t>(parts.materials.size() - 1)
+                                  : static_cast<std::uint32_t>(material);
   const MaterialNeeds& needs = parts.materials[binding.material].needs();
   binding.gradients = needs.uv_gradients;
   binding.uv_count = static_cast<std::int8_t>(std::min(needs.uv_maps.size(), std::size_t{max_uv_maps}));
-  binding.color_count = static_cast<std::int8_t>(std::min(needs.color_layers.size(), std::size_t{max_color_layers}));
-  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.uv_count); ++i) binding.uv[i] = index_of(needs.uv_maps[i], mesh.uv_maps);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.color_count); ++i) binding.color[i] = index_of(needs.color_layers[i], mesh.colors);
+  binding.color_count =
+      static_cast<std::int8_t>(std::min(needs.color_layers.size(), std::size_t{max_color_layers}));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.uv_count); ++i)
+    binding.uv[i] = index_of(needs.uv_maps[i], mesh.uv_maps);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.color_count); ++i)
+    binding.color[i] = index_of(needs.color_layers[i], mesh.colors);
   return binding;
 }
 
@@ -73,7 +79,8 @@ void set_materials(Scene::Parts& parts, const InstanceDescription& description, 
     const std::uint32_t material = instance.slots[slot].material;
     parts.material_used[material] = 1;
     opaque = opaque && parts.materials[material].is_opaque();
-    if (std::find(instance.used_materials.begin(), instance.used_materials.end(), material) == instance.used_materials.end())
+    if (std::find(instance.used_materials.begin(), instance.used_materials.end(), material) ==
+        instance.used_materials.end())
       instance.used_materials.push_back(material);
   }
   if (description.visible_to_camera) instance.mask |= mask_camera;
@@ -81,9 +88,10 @@ void set_materials(Scene::Parts& parts, const InstanceDescription& description, 
   parts.has_transparent_shadows |= description.casts_shadow && !opaque;
 }
 
-// Vertices moved to the scene's space (one extra that Embree may read), bounds, and how far rays must start off the surface. What
-// rounds: the ray's origin (ulp of the hit's coordinates), differences between it and the triangle's corners (ulp of the triangle's
-// size), and for a placed mesh its matrix and the ray in local space.
+// Vertices moved to the scene's space (one extra that Embree may read), bounds, and how far rays must start
+// off the surface. What rounds: the ray's origin (ulp of the hit's coordinates), differences between it and
+// the triangle's corners (ulp of the triangle's size), and for a placed mesh its matrix and the ray in local
+// space.
 void set_geometry(Scene::Parts& parts, Instance& instance, const CancelPoint& cancel) {
   cancel();
   const MeshDescription& mesh = parts.mesh(instance);
@@ -119,13 +127,15 @@ void set_shading(const InstanceDescription& description, const MeshDescription& 
   shading.object_to_world = to_float(description.matrix);
   shading.world_to_object = to_float(description.matrix.inverse());
   shading.texture_origin = mesh.texture_origin, shading.texture_size = mesh.texture_size;
-  shading.color = description.color, shading.random = description.random, shading.object_index = description.object_index;
+  shading.color = description.color, shading.random = description.random;
+  shading.object_index = description.object_index;
 }
 
 }  // namespace
 
-// Re-centring makes float vertices fine near the origin. It must not depend on edits that do nothing, so it happens only where it is
-// needed: a scene far from its origin, or quads so small and far away that floats would be coarse there.
+// Re-centring makes float vertices fine near the origin. It must not depend on edits that do nothing, so it
+// happens only where it is needed: a scene far from its origin, or quads so small and far away that floats
+// would be coarse there.
 V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept {
   V3d centre(0);
   if (!geometry.empty() && geometry.middle().length() > geometry.diagonal()) centre = geometry.middle();
@@ -150,12 +160,14 @@ void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint&
       continue;
     }
     const Bounds bounds = world_bounds(mesh, instance.matrix, cancel);
-    constexpr double most = 1e15;  // rays further out meet nothing, and squares of distances must fit into floats
+    // rays further out meet nothing, and squares of distances must fit into floats
+    constexpr double most = 1e15;
     if (!(bounds.diagonal() < most && bounds.middle().length() < most)) {
       huge.add(first_name(instance.names));
       continue;
     }
-    const bool named = std::any_of(instance.materials.begin(), instance.materials.end(), [](int m) { return m >= 0; });
+    const bool named =
+        std::any_of(instance.materials.begin(), instance.materials.end(), [](int m) { return m >= 0; });
     if (!named) grey.add(first_name(instance.names));
     usable.push_back(&instance);
     ++uses[static_cast<std::size_t>(instance.mesh)];
@@ -174,15 +186,16 @@ void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint&
     Instance instance;
     instance.mesh = static_cast<std::uint32_t>(source->mesh);
     const MeshDescription& mesh = parts.mesh(instance);
-    // a mesh in one place is moved there: exact, and one level to trace. Copies of shared ones were measured: never faster, twice as
-    // slow from 100,000 triangles on
+    // a mesh in one place is moved there: exact, and one level to trace. Copies of shared ones were measured:
+    // never faster, twice as slow from 100,000 triangles on
     instance.baked = uses[instance.mesh] == 1;
     instance.to_scene = source->matrix * recentre;
     instance.side = determinant(source->matrix) < 0 ? -1 : 1;
     set_shading(*source, mesh, instance);
     set_geometry(parts, instance, cancel);
     set_materials(parts, *source, instance);
-    const auto [known, is_new] = entity_of.try_emplace(source->names, static_cast<int>(parts.entities.size()));
+    const auto [known, is_new] =
+        entity_of.try_emplace(source->names, static_cast<int>(parts.entities.size()));
     if (is_new) parts.entities.push_back({source->names});
     instance.entity = known->second;
     parts.geometry_bounds.add(instance.bounds.low), parts.geometry_bounds.add(instance.bounds.high);

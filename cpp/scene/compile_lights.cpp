@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lamps, emissive instances and the world from their descriptions. The formulas stand with each kind (light_*.cpp).
+// Lamps, emissive instances and the world from their descriptions. The formulas stand with each kind
+// (light_*.cpp).
 #include <algorithm>
 #include <atomic>
 
@@ -61,7 +62,8 @@ Light make_sun(const LightDescription& d, const Scene::Parts& parts) {
 // Empty: it has no area.
 std::optional<Light> make_area(const LightDescription& d, const Scene::Parts& parts) {
   const bool one_size = d.shape == AreaShape::Square || d.shape == AreaShape::Disk;
-  V3d u = row(d.matrix, 0) * static_cast<double>(d.size_x), v = row(d.matrix, 1) * static_cast<double>(one_size ? d.size_x : d.size_y);
+  V3d u = row(d.matrix, 0) * static_cast<double>(d.size_x),
+      v = row(d.matrix, 1) * static_cast<double>(one_size ? d.size_x : d.size_y);
   V3d n = u.cross(v);
   const double area = n.length();
   if (!(area > 0) || !std::isfinite(static_cast<float>(1 / area))) return {};
@@ -78,20 +80,24 @@ std::optional<Light> make_area(const LightDescription& d, const Scene::Parts& pa
   lamp.radiance = watts / (4 * lamp.area);
   if (d.spread < pi - 1e-3f) {
     const double half = std::max(static_cast<double>(d.spread), 2e-3) / 2, cot = 1 / std::tan(half);
-    lamp.spread_half = static_cast<float>(half), lamp.spread_cot = static_cast<float>(cot), lamp.spread_scale = static_cast<float>(1 / (1 - half * cot));
+    lamp.spread_half = static_cast<float>(half), lamp.spread_cot = static_cast<float>(cot);
+    lamp.spread_scale = static_cast<float>(1 / (1 - half * cot));
   }
   Light light;
   light.power = mean(watts) * pi / 4;
-  light.middle = lamp.centre, light.reach = std::hypot(lamp.half_u, lamp.half_v), light.strength = mean(watts) / 4 * lamp.spread_scale;
+  light.middle = lamp.centre, light.reach = std::hypot(lamp.half_u, lamp.half_v);
+  light.strength = mean(watts) / 4 * lamp.spread_scale;
   light.kind = lamp;
   return light;
 }
 
 bool is_usable(const LightDescription& d) noexcept {
-  for (const float x : {d.power, d.radius, d.angle, d.spot_angle, d.spot_blend, d.size_x, d.size_y, d.spread, d.color.x, d.color.y, d.color.z})
+  for (const float x : {d.power, d.radius, d.angle, d.spot_angle, d.spot_blend, d.size_x, d.size_y, d.spread,
+                        d.color.x, d.color.y, d.color.z})
     if (!std::isfinite(x)) return false;
   if (!is_finite(d.matrix)) return false;
-  return d.power >= 0 && d.color.x >= 0 && d.color.y >= 0 && d.color.z >= 0 && (d.kind == LightKind::Point || row(d.matrix, 2).length() > 0);
+  return d.power >= 0 && d.color.x >= 0 && d.color.y >= 0 && d.color.z >= 0 &&
+         (d.kind == LightKind::Point || row(d.matrix, 2).length() > 0);
 }
 
 }  // namespace
@@ -105,8 +111,10 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
     }
     if (d.power == 0 || is_black(d.color)) continue;
     std::optional<Light> light;
-    if (d.kind == LightKind::Area) light = make_area(d, parts);
-    else light = d.kind == LightKind::Sun ? make_sun(d, parts) : make_sphere(d, parts);
+    if (d.kind == LightKind::Area)
+      light = make_area(d, parts);
+    else
+      light = d.kind == LightKind::Sun ? make_sun(d, parts) : make_sphere(d, parts);
     if (!light || !std::isfinite(light->strength) || !std::isfinite(light->power)) {
       sizeless.add(first_name(d.names));
       continue;
@@ -115,8 +123,10 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
     light->entity = static_cast<int>(parts.entities.size());
     parts.entities.push_back({d.names});
     const int index = static_cast<int>(parts.lights.size());
-    if (is_infinite(*light)) parts.infinite_lights.push_back(index);
-    else if (!is_delta(*light)) parts.shaped_lamps.push_back(index);
+    if (is_infinite(*light))
+      parts.infinite_lights.push_back(index);
+    else if (!is_delta(*light))
+      parts.shaped_lamps.push_back(index);
     parts.lights.push_back(std::move(*light));
   }
   unusable.report("negative or not finite power, colour, size or matrix: the light is off", warnings);
@@ -130,7 +140,8 @@ bool is_closed(const MeshDescription& mesh, std::span<const EmissiveTriangle> tr
   std::vector<std::uint64_t> edges, back;
   for (const EmissiveTriangle& t : triangles)
     for (int corner = 0; corner < 3; ++corner) {
-      const std::uint64_t from = mesh.triangles[t.triangle][corner], to = mesh.triangles[t.triangle][(corner + 1) % 3];
+      const std::uint64_t from = mesh.triangles[t.triangle][corner],
+                          to = mesh.triangles[t.triangle][(corner + 1) % 3];
       edges.push_back(from << 32 | to), back.push_back(to << 32 | from);
     }
   std::ranges::sort(edges), std::ranges::sort(back);
@@ -145,9 +156,11 @@ double reach_of(std::span<const EmissiveTriangle> triangles, const V3d& middle) 
   return std::sqrt(reach2);
 }
 
-// Is it a lamp that is seen from outside? 1: normals of its closed surface look out; -1: they look in. 0: it is open, or has no volume, or
-// is most of the scene, or other things are in it, as in a lantern or under a dome.
-int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const EmissiveTriangle> triangles, const V3d& middle, double reach) {
+// Is it a lamp that is seen from outside? 1: normals of its closed surface look out; -1: they look in. 0: it
+// is open, or has no volume, or is most of the scene, or other things are in it, as in a lantern or under a
+// dome.
+int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const EmissiveTriangle> triangles,
+             const V3d& middle, double reach) {
   constexpr double large = 0.25, small = 0.05;  // of the scene: a room; nobody puts things into it
   const double size = reach / parts.geometry_bounds.diagonal();
   if (!(size < large)) return 0;
@@ -165,15 +178,19 @@ int front_of(const Scene::Parts& parts, std::uint32_t instance, std::span<const 
 }
 
 // Of triangles in the order of their facings.
-MeshLight make_mesh_light(std::uint32_t instance, std::size_t mesh_triangles, std::span<const EmissiveTriangle> triangles, int front) {
-  MeshLight light{.instance = instance, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}, .facings = {}};
+MeshLight make_mesh_light(std::uint32_t instance, std::size_t mesh_triangles,
+                          std::span<const EmissiveTriangle> triangles, int front) {
+  MeshLight light{
+      .instance = instance, .triangles = {}, .triangle_of = {}, .pmf_per_area = {}, .facings = {}};
   std::vector<float> weights;
-  for (const EmissiveTriangle& t : triangles) weights.push_back(t.light), light.triangle_of.push_back(t.triangle);
+  for (const EmissiveTriangle& t : triangles)
+    weights.push_back(t.light), light.triangle_of.push_back(t.triangle);
   light.triangles = Distribution(weights);
   if (light.triangles.empty()) return light;
   light.facings = Facings(triangles, mesh_triangles, front);
   light.pmf_per_area.assign(mesh_triangles, 0);
-  for (std::size_t k = 0; k < triangles.size(); ++k) light.pmf_per_area[triangles[k].triangle] = light.triangles.pmf(k) / triangles[k].area;
+  for (std::size_t k = 0; k < triangles.size(); ++k)
+    light.pmf_per_area[triangles[k].triangle] = light.triangles.pmf(k) / triangles[k].area;
   return light;
 }
 
@@ -202,7 +219,8 @@ void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
       triangles.push_back({triangle, area, area * radiance, V3f(across.normalized()), {a, b, c}});
       for (const V3d& p : {a, b, c}) bounds.add(p);
     }
-    std::ranges::stable_sort(triangles, {}, [](const EmissiveTriangle& t) { return Facings::bin_of(t.normal); });
+    std::ranges::stable_sort(triangles, {},
+                             [](const EmissiveTriangle& t) { return Facings::bin_of(t.normal); });
     const V3d middle = bounds.middle();
     const double reach = reach_of(triangles, middle);
     const int front = front_of(parts, i, triangles, middle, reach);
@@ -211,7 +229,8 @@ void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel) {
     Light out;
     const float total = static_cast<float>(light.triangles.total());
     out.power = 2 * pi * total;  // both sides
-    out.middle = middle, out.reach = static_cast<float>(reach), out.strength = total / (front == 0 ? 2 : 4);  // mean projected areas
+    // mean projected areas
+    out.middle = middle, out.reach = static_cast<float>(reach), out.strength = total / (front == 0 ? 2 : 4);
     out.entity = instance.entity;
     out.kind = std::move(light);
     instance.light = static_cast<int>(parts.lights.size());
@@ -230,10 +249,12 @@ bool fill_table(const Material& material, World& world, const std::function<bool
   pool.parallel_for(height, [&](std::size_t y, int thread) {
     if (thread == 0 && cancelled && cancelled()) stop = true;
     if (stop) return;
-    const float theta = pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(height), sine = std::sin(theta);
+    const float theta = pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(height),
+                sine = std::sin(theta);
     for (std::size_t x = 0; x < width; ++x) {
       const float phi = 2 * pi * (static_cast<float>(x) + 0.5f) / static_cast<float>(width);
-      texels[y * width + x] = eval_background(material, {sine * std::cos(phi), sine * std::sin(phi), -std::cos(theta)}, false);
+      texels[y * width + x] =
+          eval_background(material, {sine * std::cos(phi), sine * std::sin(phi), -std::cos(theta)}, false);
     }
   });
   if (stop) return false;
@@ -247,7 +268,8 @@ bool fill_table(const Material& material, World& world, const std::function<bool
       for (int i = 0; i < 3; ++i) sum[i] += sines[y] * texels[y * width + x][i];
     }
   }
-  world.mean_radiance = Color(static_cast<float>(sum[0] / weight), static_cast<float>(sum[1] / weight), static_cast<float>(sum[2] / weight));
+  world.mean_radiance = Color(static_cast<float>(sum[0] / weight), static_cast<float>(sum[1] / weight),
+                              static_cast<float>(sum[2] / weight));
   // the floor: what lies between texel centres keeps a density
   const float floor = std::max(0.02f * mean(world.mean_radiance), 1e-20f);
   for (std::size_t y = 0; y < height; ++y) {
@@ -280,7 +302,8 @@ bool add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int 
   }
   Light light;
   light.strength = std::max(pi * mean(world.mean_radiance), 1e-20f);
-  light.power = light.strength * 4 * pi * square(static_cast<float>(parts.extent) / 2);  // pi L over the sphere's surface
+  // pi L over the sphere's surface
+  light.power = light.strength * 4 * pi * square(static_cast<float>(parts.extent) / 2);
   light.entity = parts.world_entity, light.visible_to_camera = true;
   light.kind = std::move(world);
   parts.world_light = static_cast<int>(parts.lights.size());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Leaves out triangles that no ray can meet sensibly (vertices that are not finite, no area) and attributes that are not numbers.
+// Leaves out triangles that no ray can meet sensibly (vertices that are not finite, no area) and attributes
+// that are not numbers.
 #include <set>
 
 #include "scene/normals.h"
@@ -56,8 +57,10 @@ void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings,
     keep_only(mesh.material_slots, 1, faults);
     for (UvMap& map : mesh.uv_maps) keep_only(map.corners, 3, faults);
     for (ColorAttribute& layer : mesh.colors) keep_only(layer.corners, 3, faults);
-    std::string message = std::to_string(not_finite + no_area) + " of " + std::to_string(faults.size()) + " triangles left out";
-    if (not_finite > 0) message.append(", ").append(std::to_string(not_finite)).append(" with vertices that are not finite");
+    std::string message =
+        std::to_string(not_finite + no_area) + " of " + std::to_string(faults.size()) + " triangles left out";
+    if (not_finite > 0)
+      message.append(", ").append(std::to_string(not_finite)).append(" with vertices that are not finite");
     if (no_area > 0) message.append(", ").append(std::to_string(no_area)).append(" without area");
     warnings.push_back({object, message});
   }
@@ -65,7 +68,9 @@ void clean(MeshDescription& mesh, const std::string& object, Warnings& warnings,
   std::size_t replaced = replace_non_finite(mesh.normals);
   for (UvMap& map : mesh.uv_maps) replaced += replace_non_finite(map.corners);
   for (ColorAttribute& layer : mesh.colors) replaced += replace_non_finite(layer.corners);
-  if (replaced > 0) warnings.push_back({object, std::to_string(replaced) + " numbers in normals, UV maps or colours are not finite: taken as 0"});
+  if (replaced > 0)
+    warnings.push_back({object, std::to_string(replaced) +
+                                    " numbers in normals, UV maps or colours are not finite: taken as 0"});
 }
 
 }  // namespace
@@ -74,7 +79,8 @@ void clean_meshes(SceneDescription& description, Warnings& warnings, const Cance
   std::set<int> done;
   for (const InstanceDescription& instance : description.instances)
     if (instance.mesh >= 0 && done.insert(instance.mesh).second)
-      clean(description.meshes[static_cast<std::size_t>(instance.mesh)], first_name(instance.names), warnings, cancel);
+      clean(description.meshes[static_cast<std::size_t>(instance.mesh)], first_name(instance.names), warnings,
+            cancel);
 }
 
 }  // namespace sluice

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The scene as plain data: the one schema that the exporter fills and compile() reads. Blender's units and conventions: metres,
-// right-handed, Z up, cameras and lights look along local -Z, matrices are local to world for row vectors (p * m).
-// "index" members point into the lists of SceneDescription, -1 = none. Nothing here is checked; compile() checks all of it.
+// The scene as plain data: the one schema that the exporter fills and compile() reads. Blender's units and
+// conventions: metres, right-handed, Z up, cameras and lights look along local -Z, matrices are local to
+// world for row vectors (p * m). "index" members point into the lists of SceneDescription, -1 = none. Nothing
+// here is checked; compile() checks all of it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -39,52 +40,57 @@ struct MeshDescription {
   std::string name;
   std::vector<V3f> positions;                           // object space
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into positions
-  std::vector<V3f> normals;                             // shading normals, three per triangle; empty: made of polygons, flat if there are none
+  // shading normals, three per triangle; empty: made of polygons, flat if there are none
+  std::vector<V3f> normals;
   PolygonDescription polygons;
-  std::vector<std::uint16_t> material_slots;            // per triangle; empty = slot 0
-  std::vector<UvMap> uv_maps;                           // the first is the active-render one
-  std::vector<ColorAttribute> colors;                   // the first is the active-render one
-  V3f texture_origin{0}, texture_size{1};               // "generated" = (p - origin) / size, as Blender's texture space maps to [0, 1]
+  std::vector<std::uint16_t> material_slots;  // per triangle; empty = slot 0
+  std::vector<UvMap> uv_maps;                 // the first is the active-render one
+  std::vector<ColorAttribute> colors;         // the first is the active-render one
+  // "generated" = (p - origin) / size, as Blender's texture space maps to [0, 1]
+  V3f texture_origin{0}, texture_size{1};
 };
 
 // One object as it is seen: several instances may share a mesh.
 struct InstanceDescription {
-  std::vector<std::string> names;  // names[0]: the object's (an instance: its original's); then its collections'. For expressions
+  // names[0]: the object's (an instance: its original's); then its collections'. For expressions
+  std::vector<std::string> names;
   int mesh = -1;
   M44d matrix;                 // local to world
   std::vector<int> materials;  // material index per slot
   bool visible_to_camera = true;
   bool casts_shadow = true;
-  Color color{1};         // Object Info
-  float random = 0;       // Object Info, [0, 1)
-  int object_index = 0;   // Object Info
+  Color color{1};        // Object Info
+  float random = 0;      // Object Info, [0, 1)
+  int object_index = 0;  // Object Info
 };
 
 enum class LightKind : std::uint8_t { Point, Spot, Sun, Area };
 enum class AreaShape : std::uint8_t { Square, Rectangle, Disk, Ellipse };
 
-// Blender's radiometry: `power` is W (sun: W/m²) as the lamp panel shows it. Cycles' conventions decide every factor.
+// Blender's radiometry: `power` is W (sun: W/m²) as the lamp panel shows it. Cycles' conventions decide every
+// factor.
 struct LightDescription {
   std::vector<std::string> names;  // names[0]: the object's; then its collections'
   LightKind kind = LightKind::Point;
   M44d matrix;
   Color color{1};
   float power = 10;
-  float radius = 0;                         // point, spot: sphere radius (m)
-  float angle = 0;                          // sun: angular diameter (rad)
+  float radius = 0;  // point, spot: sphere radius (m)
+  float angle = 0;   // sun: angular diameter (rad)
   float spot_angle = 0.785f, spot_blend = 0.15f;
-  bool spot_cosine = true;                  // times the cosine to its axis, as in Blender 3; from 4.2 on they go without
+  // times the cosine to its axis, as in Blender 3; from 4.2 on they go without
+  bool spot_cosine = true;
   AreaShape shape = AreaShape::Square;
-  float size_x = 1, size_y = 1;             // area: full widths (m); square and disk use size_x
-  float spread = pi;                        // area: full angle (rad)
+  float size_x = 1, size_y = 1;  // area: full widths (m); square and disk use size_x
+  float spread = pi;             // area: full angle (rad)
   bool casts_shadow = true;
-  bool visible_to_camera = false;           // Blender's lamps are seen in mirrors, never directly
+  bool visible_to_camera = false;  // Blender's lamps are seen in mirrors, never directly
 };
 
 struct WorldDescription {
-  std::string name;            // for expressions (L'World')
-  int material = -1;           // a material whose program ends in Background/Emission; -1 = black
-  int resolution = 1024;       // width of the importance map
+  std::string name;       // for expressions (L'World')
+  int material = -1;      // a material whose program ends in Background/Emission; -1 = black
+  int resolution = 1024;  // width of the importance map
 };
 
 enum class CameraKind : std::uint8_t { Perspective, Orthographic };
@@ -105,12 +111,14 @@ struct CameraDescription {
   float aperture_rotation = 0, aperture_ratio = 1;
 };
 
-// The picture: full frame and the part of it that is rendered (pixels, [x0, x1) × [y0, y1), row 0 at the bottom).
+// The picture: full frame and the part of it that is rendered (pixels, [x0, x1) × [y0, y1), row 0 at the
+// bottom).
 struct FrameDescription {
   int width = 960, height = 540;
   float pixel_aspect_x = 1, pixel_aspect_y = 1;
   int x0 = 0, y0 = 0, x1 = 960, y1 = 540;
-  float filter_width = 1.5f;  // pixels; Blackman-Harris of that half width (Blender's Filter Size); a box of one pixel when filter_box
+  // pixels; Blackman-Harris of that half width (Blender's Filter Size); a box of one pixel when filter_box
+  float filter_width = 1.5f;
   bool filter_box = false;
 };
 

@@ -33,37 +33,43 @@ bool keep_building(void* monitor, double) { return !static_cast<CancelMonitor*>(
 void check(RTCDevice device) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE || error == RTC_ERROR_CANCELLED) return;
-  throw SceneError("scene", error == RTC_ERROR_OUT_OF_MEMORY ? "not enough memory for the scene's triangles"
-                                                             : "the acceleration structure could not be built (Embree error " +
-                                                                   std::to_string(static_cast<int>(error)) + ")");
+  throw SceneError("scene", error == RTC_ERROR_OUT_OF_MEMORY
+                                ? "not enough memory for the scene's triangles"
+                                : "the acceleration structure could not be built (Embree error " +
+                                      std::to_string(static_cast<int>(error)) + ")");
 }
 
 RTCScene make_scene(RTCDevice device, CancelMonitor& monitor) {
   RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // always: no leaks at any distance from the origin (numerics R2)
+  // always: no leaks at any distance from the origin (numerics R2)
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   rtcSetSceneProgressMonitorFunction(scene, keep_building, &monitor);
   return scene;
 }
 
 void attach(RTCDevice device, RTCScene scene, RTCGeometry geometry, unsigned id, unsigned mask) {
-  rtcSetGeometryMask(geometry, mask);  // set on every geometry: Embree 4's default is 0x1, Embree 3's all bits
+  // set on every geometry: Embree 4's default is 0x1, Embree 3's all bits
+  rtcSetGeometryMask(geometry, mask);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, id);
   rtcReleaseGeometry(geometry);
   check(device);
 }
 
-void attach_triangles(RTCDevice device, RTCScene scene, const AcceleratorItem& item, unsigned id, unsigned mask) {
+void attach_triangles(RTCDevice device, RTCScene scene, const AcceleratorItem& item, unsigned id,
+                      unsigned mask) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, item.positions.data(), 0, sizeof(V3f), item.positions.size());
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, item.triangles.data(), 0, 3 * sizeof(std::uint32_t),
-                             item.triangles.size());
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, item.positions.data(), 0,
+                             sizeof(V3f), item.positions.size());
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, item.triangles.data(), 0,
+                             3 * sizeof(std::uint32_t), item.triangles.size());
   attach(device, scene, geometry, id, mask);
 }
 
 // Embree wants columns; Imath's rows are the images of the axes, which is the same order in memory.
-void attach_instance(RTCDevice device, RTCScene scene, RTCScene prototype, const AcceleratorItem& item, unsigned id) {
+void attach_instance(RTCDevice device, RTCScene scene, RTCScene prototype, const AcceleratorItem& item,
+                     unsigned id) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, prototype);
   rtcSetGeometryTimeStepCount(geometry, 1);
@@ -77,8 +83,12 @@ void attach_instance(RTCDevice device, RTCScene scene, RTCScene prototype, const
 // Embree drops rays beyond 1.844e18 and may abort on the rest of these.
 bool is_traceable(const RaySegment& segment) noexcept {
   constexpr float limit = 1e18f;
-  const auto inside = [](const V3f& v) { return std::abs(v.x) < limit && std::abs(v.y) < limit && std::abs(v.z) < limit; };
-  return inside(segment.origin) && inside(segment.direction) && segment.direction.length2() > 1e-30f && segment.t_max > 0;  // NaN fails each comparison
+  const auto inside = [](const V3f& v) {
+    return std::abs(v.x) < limit && std::abs(v.y) < limit && std::abs(v.z) < limit;
+  };
+  // NaN fails each comparison
+  return inside(segment.origin) && inside(segment.direction) && segment.direction.length2() > 1e-30f &&
+         segment.t_max > 0;
 }
 
 template <class RayType>
@@ -109,8 +119,8 @@ void Accelerator::release() noexcept {
   prototypes_.clear();
 }
 
-bool Accelerator::build(std::span<const AcceleratorItem> prototypes, std::span<const AcceleratorItem> items, int threads,
-                        const std::function<bool()>& cancelled) {
+bool Accelerator::build(std::span<const AcceleratorItem> prototypes, std::span<const AcceleratorItem> items,
+                        int threads, const std::function<bool()>& cancelled) {
   release();
   const std::string config = threads > 0 ? "threads=" + std::to_string(threads) : "";
   device_ = rtcNewDevice(config.c_str());
@@ -153,7 +163,8 @@ std::optional<RawHit> Accelerator::nearest(const RaySegment& segment, unsigned m
 #endif
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   const bool placed = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
-  return RawHit{placed ? query.hit.instID[0] : query.hit.geomID, query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
+  return RawHit{placed ? query.hit.instID[0] : query.hit.geomID, query.hit.primID, query.ray.tfar,
+                query.hit.u, query.hit.v};
 }
 
 bool Accelerator::blocked(const RaySegment& segment, unsigned mask) const noexcept {
@@ -195,7 +206,8 @@ unsigned Accelerator::blocked(std::span<const RaySegment> segments, unsigned mas
   rtcOccluded8(valid, top_, &context, &rays);
 #endif
   unsigned blocked = 0;
-  for (std::size_t i = 0; i < segments.size(); ++i) blocked |= static_cast<unsigned>(valid[i] != 0 && rays.tfar[i] < 0) << i;
+  for (std::size_t i = 0; i < segments.size(); ++i)
+    blocked |= static_cast<unsigned>(valid[i] != 0 && rays.tfar[i] < 0) << i;
   return blocked;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The acceleration structure: nearest hit and blocked segment over triangles and one level of instances. embree.cpp is the only file
-// that includes Embree (3 or 4). Knows no materials, no doubles: scene.cpp turns what it finds into hits.
+// The acceleration structure: nearest hit and blocked segment over triangles and one level of instances.
+// embree.cpp is the only file that includes Embree (3 or 4). Knows no materials, no doubles: scene.cpp turns
+// what it finds into hits.
 #pragma once
 #include <array>
 #include <functional>
@@ -20,7 +21,8 @@ inline constexpr unsigned mask_any = 1, mask_camera = 2, mask_shadow_opaque = 4,
 
 // One thing to build: triangles in the scene's space, or a placed prototype. Its index is its instance.
 struct AcceleratorItem {
-  std::span<const V3f> positions;  // one more V3f must be readable behind them; both spans must outlive the accelerator
+  // one more V3f must be readable behind them; both spans must outlive the accelerator
+  std::span<const V3f> positions;
   std::span<const std::array<std::uint32_t, 3>> triangles;
   int prototype = -1;  // index into the prototypes: then the spans above are empty
   M44d to_scene;       // of a prototype
@@ -47,10 +49,12 @@ class Accelerator {
   ~Accelerator();
 
   // False: `cancelled` said so. Throws SceneError when memory runs out.
-  [[nodiscard]] bool build(std::span<const AcceleratorItem> prototypes, std::span<const AcceleratorItem> items, int threads,
+  [[nodiscard]] bool build(std::span<const AcceleratorItem> prototypes,
+                           std::span<const AcceleratorItem> items, int threads,
                            const std::function<bool()>& cancelled);
 
-  // A ray that is not finite, has no direction or an empty range meets nothing: Embree may abort the process on such (numerics R4).
+  // A ray that is not finite, has no direction or an empty range meets nothing: Embree may abort the process
+  // on such (numerics R4).
   [[nodiscard]] std::optional<RawHit> nearest(const RaySegment& segment, unsigned mask) const noexcept;
   [[nodiscard]] bool blocked(const RaySegment& segment, unsigned mask) const noexcept;
   // Bit i: segments[i] is blocked. At most packet_size of them; fast if they run side by side.

@@ -7,10 +7,12 @@
 namespace sluice {
 namespace {
 
-// Of max(0, cosine) over a disk of normals that stands on edge, the root of the mean square is 0.35 of the disk's sine: what may be seen
-// of a group there, by the second moment, as that has the least variance. Twice it rounds off the corner of max(0, cosine).
+// Of max(0, cosine) over a disk of normals that stands on edge, the root of the mean square is 0.35 of the
+// disk's sine: what may be seen of a group there, by the second moment, as that has the least variance. Twice
+// it rounds off the corner of max(0, cosine).
 constexpr float roundness = 0.7f;
-constexpr float least_part = 0.03f;  // a closed surface is seen through where it is transparent, and from within
+// a closed surface is seen through where it is transparent, and from within
+constexpr float least_part = 0.03f;
 
 }  // namespace
 
@@ -20,7 +22,8 @@ int Facings::bin_of(const V3f& n) noexcept {
   return axis * 8 + (n[axis] < 0) * 4 + (n[(axis + 1) % 3] < 0) * 2 + (n[(axis + 2) % 3] < 0);
 }
 
-Facings::Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_triangles, int front) : of_(mesh_triangles), front_(front) {
+Facings::Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_triangles, int front)
+    : of_(mesh_triangles), front_(front) {
   double all = 0, before = 0;
   for (const EmissiveTriangle& t : triangles) all += static_cast<double>(t.light);
   for (std::size_t begin = 0; begin < triangles.size();) {
@@ -29,7 +32,8 @@ Facings::Facings(std::span<const EmissiveTriangle> triangles, std::size_t mesh_t
     while (end < triangles.size() && bin_of(triangles[end].normal) == bin) ++end;
     const auto members = triangles.subspan(begin, end - begin);
     double light = 0;
-    for (const EmissiveTriangle& t : members) of_[t.triangle] = static_cast<std::uint8_t>(groups_.size()), light += static_cast<double>(t.light);
+    for (const EmissiveTriangle& t : members)
+      of_[t.triangle] = static_cast<std::uint8_t>(groups_.size()), light += static_cast<double>(t.light);
     Group& group = groups_.emplace_back(group_of(members));
     group.before = before / all, group.share = light / all;
     before += light, begin = end;
@@ -43,7 +47,13 @@ Facings::Group Facings::group_of(std::span<const EmissiveTriangle> triangles) {
     normals += V3d(t.normal) * t.area, area += static_cast<double>(t.area);
     middle += (t.corners[0] + t.corners[1] + t.corners[2]) * (static_cast<double>(t.area) / 3);
   }
-  Group group{.axis = V3f(normals.normalized()), .cosine = 1, .sine = 0, .middle = middle / area, .reach = 0, .before = 0, .share = 1};
+  Group group{.axis = V3f(normals.normalized()),
+              .cosine = 1,
+              .sine = 0,
+              .middle = middle / area,
+              .reach = 0,
+              .before = 0,
+              .share = 1};
   for (const EmissiveTriangle& t : triangles) {
     group.cosine = std::min(group.cosine, group.axis.dot(t.normal));
     for (const V3d& p : t.corners) group.reach = std::max(group.reach, (p - group.middle).length());
@@ -58,10 +68,14 @@ float Facings::part(const Group& group, const V3d& point) const noexcept {
   float sine = 1, cosine = 1;  // within the sphere no way is the way to it
   if (distance2 > square(group.reach)) {
     const double distance = std::sqrt(distance2);
-    const float wide_sine = static_cast<float>(group.reach / distance), wide_cosine = std::sqrt(1 - square(wide_sine));  // how large it looks
+    // how large it looks
+    const float wide_sine = static_cast<float>(group.reach / distance),
+                wide_cosine = std::sqrt(1 - square(wide_sine));
     const float axis = static_cast<float>(V3d(group.axis).dot(to) / distance);
     cosine = front_ == 0 ? std::abs(axis) : front_ < 0 ? -axis : axis;
-    if (group.cosine * wide_cosine > group.sine * wide_sine) sine = group.sine * wide_cosine + group.cosine * wide_sine;  // of both angles
+    // of both angles
+    if (group.cosine * wide_cosine > group.sine * wide_sine)
+      sine = group.sine * wide_cosine + group.cosine * wide_sine;
   }
   const float rounded = 0.5f * (cosine + std::sqrt(square(cosine) + square(roundness * sine)));
   return std::max(least_part, rounded) * static_cast<float>(nearness2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where in the picture a ray from the camera may meet a gate that it would have to ask: all other such rays, nearly all of them, need
-// no query, and most of these need to ask but a few quads. By blocks of pixels, on the side of asking.
+// Where in the picture a ray from the camera may meet a gate that it would have to ask: all other such rays,
+// nearly all of them, need no query, and most of these need to ask but a few quads. By blocks of pixels, on
+// the side of asking.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -16,9 +17,11 @@ namespace sluice {
 class GatesInView {
  public:
   GatesInView() = default;
-  GatesInView(const Edits& edits, const Camera& camera, const PixelFilter& filter, const FrameDescription& frame);
+  GatesInView(const Edits& edits, const Camera& camera, const PixelFilter& filter,
+              const FrameDescription& frame);
 
-  // On a ray through pixel (x, y) of the full frame: exits of light edits, where light may come out; or entries of view edits.
+  // On a ray through pixel (x, y) of the full frame: exits of light edits, where light may come out; or
+  // entries of view edits.
   [[nodiscard]] bool any(Side side, int x, int y) const noexcept {
     const auto& counts = blocks_[index(side)].counts;
     return !counts.empty() && counts[block(x, y)] > 0;
@@ -38,7 +41,9 @@ class GatesInView {
     std::vector<std::uint32_t> first;  // of each in `gates`
     std::vector<QuadId> gates;
   };
-  [[nodiscard]] std::size_t block(int x, int y) const noexcept { return static_cast<std::size_t>(y >> shift_) * columns_ + static_cast<std::size_t>(x >> shift_); }
+  [[nodiscard]] std::size_t block(int x, int y) const noexcept {
+    return static_cast<std::size_t>(y >> shift_) * columns_ + static_cast<std::size_t>(x >> shift_);
+  }
 
   int shift_ = 0;  // blocks are squares of 2^shift pixels
   std::size_t columns_ = 0;

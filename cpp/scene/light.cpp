@@ -7,14 +7,18 @@
 namespace sluice {
 namespace {
 
-const Light& light_at(const Scene& scene, int light) noexcept { return parts_of(scene).lights[static_cast<std::size_t>(light)]; }
+const Light& light_at(const Scene& scene, int light) noexcept {
+  return parts_of(scene).lights[static_cast<std::size_t>(light)];
+}
 
 bool is_parallel(const Sun& sun) noexcept { return sun.tan_half == 0; }
 bool is_parallel(const World&) noexcept { return false; }
 
 }  // namespace
 
-bool is_infinite(const Light& light) noexcept { return std::holds_alternative<Sun>(light.kind) || std::holds_alternative<World>(light.kind); }
+bool is_infinite(const Light& light) noexcept {
+  return std::holds_alternative<Sun>(light.kind) || std::holds_alternative<World>(light.kind);
+}
 
 bool is_delta(const Light& light) noexcept {
   if (const auto* lamp = std::get_if<SphereLamp>(&light.kind)) return lamp->radius == 0;
@@ -22,9 +26,12 @@ bool is_delta(const Light& light) noexcept {
   return false;
 }
 
-bool is_too_near(const Light& light, float pdf) noexcept { return pdf > 0 && pdf < 1 / (2 * pi) && !is_infinite(light) && !is_delta(light); }
+bool is_too_near(const Light& light, float pdf) noexcept {
+  return pdf > 0 && pdf < 1 / (2 * pi) && !is_infinite(light) && !is_delta(light);
+}
 
-std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part, const V2f& u) noexcept {
+std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V3d& from, float u_part,
+                                          const V2f& u) noexcept {
   const auto visit = [&](const auto& kind) -> std::optional<DirectSample> {
     using Kind = std::decay_t<decltype(kind)>;
     if constexpr (kinds::Infinite<Kind>) {
@@ -32,10 +39,12 @@ std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V
       if (!towards) return {};
       Color radiance;
       if constexpr (std::same_as<Kind, Sun>)
-        radiance = is_parallel(kind) ? kind.irradiance : kinds::radiance(parts_of(scene), kind, towards->direction, false);
+        radiance = is_parallel(kind) ? kind.irradiance
+                                     : kinds::radiance(parts_of(scene), kind, towards->direction, false);
       else
         radiance = kinds::radiance(parts_of(scene), kind, towards->direction, false);
-      return DirectSample{towards->direction, std::numeric_limits<double>::infinity(), radiance, towards->pdf, is_parallel(kind), std::numeric_limits<double>::infinity()};
+      return DirectSample{towards->direction, std::numeric_limits<double>::infinity(), radiance, towards->pdf,
+                          is_parallel(kind),  std::numeric_limits<double>::infinity()};
     } else {
       return kinds::sample_direct(parts_of(scene), kind, from, u_part, u);
     }
@@ -76,7 +85,8 @@ int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found
     const Light& light = parts.lights[static_cast<std::size_t>(index)];
     if (ray.from_camera && !light.visible_to_camera) continue;
     const auto visit = [&](const auto& lamp) {
-      if constexpr (std::same_as<std::decay_t<decltype(lamp)>, SphereLamp> || std::same_as<std::decay_t<decltype(lamp)>, AreaLamp>) {
+      if constexpr (std::same_as<std::decay_t<decltype(lamp)>, SphereLamp> ||
+                    std::same_as<std::decay_t<decltype(lamp)>, AreaLamp>) {
         const auto crossing = kinds::crossing(lamp, ray.origin, ray.direction);
         if (!crossing || !(crossing->t <= ray.t_max)) return;
         found[count++] = {index, crossing->t, crossing->radiance};
@@ -87,7 +97,8 @@ int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found
   return static_cast<int>(count);
 }
 
-std::optional<EmissionPoint> sample_position(const Scene& scene, int light, float u_part, const V2f& u) noexcept {
+std::optional<EmissionPoint> sample_position(const Scene& scene, int light, float u_part,
+                                             const V2f& u) noexcept {
   const auto visit = [&](const auto& kind) -> std::optional<EmissionPoint> {
     if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
       return {};
@@ -97,7 +108,8 @@ std::optional<EmissionPoint> sample_position(const Scene& scene, int light, floa
   return std::visit(visit, light_at(scene, light).kind);
 }
 
-std::optional<EmissionDirection> sample_direction(const Scene& scene, int light, const EmissionPoint& point, float u_part, const V2f& u) noexcept {
+std::optional<EmissionDirection> sample_direction(const Scene& scene, int light, const EmissionPoint& point,
+                                                  float u_part, const V2f& u) noexcept {
   const auto visit = [&](const auto& kind) -> std::optional<EmissionDirection> {
     if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
       return {};
@@ -107,7 +119,8 @@ std::optional<EmissionDirection> sample_direction(const Scene& scene, int light,
   return std::visit(visit, light_at(scene, light).kind);
 }
 
-float pdf_direction(const Scene& scene, int light, const EmissionPoint& point, const V3f& direction) noexcept {
+float pdf_direction(const Scene& scene, int light, const EmissionPoint& point,
+                    const V3f& direction) noexcept {
   const auto visit = [&](const auto& kind) -> float {
     if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
       return 0;
@@ -117,7 +130,8 @@ float pdf_direction(const Scene& scene, int light, const EmissionPoint& point, c
   return std::visit(visit, light_at(scene, light).kind);
 }
 
-Color eval_emission(const Scene& scene, int light, const EmissionPoint& point, const V3f& direction) noexcept {
+Color eval_emission(const Scene& scene, int light, const EmissionPoint& point,
+                    const V3f& direction) noexcept {
   const auto visit = [&](const auto& kind) -> Color {
     if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
       return Color(0);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Area lamps. Cycles: P watts on area A have radiance P / (4 A) on the front side, so flux pi P / 4. A spread s < 180° keeps the flux:
-// factor (1 - tan(x) / tan(s/2)) / (1 - (s/2) / tan(s/2)) at angle x from the normal, the shadow of a grid of slats. Seen from a point,
-// only the part of the lamp within the spread lights it: that part is sampled, a rectangle by solid angle when it is large.
+// Area lamps. Cycles: P watts on area A have radiance P / (4 A) on the front side, so flux pi P / 4. A spread
+// s < 180° keeps the flux: factor (1 - tan(x) / tan(s/2)) / (1 - (s/2) / tan(s/2)) at angle x from the
+// normal, the shadow of a grid of slats. Seen from a point, only the part of the lamp within the spread
+// lights it: that part is sampled, a rectangle by solid angle when it is large.
 #include "scene/light_kinds.h"
 #include "scene/spherical_rectangle.h"
 
@@ -15,8 +16,9 @@ float spread_factor(const AreaLamp& lamp, float cosine) noexcept {
 }
 
 float clearance_of(const AreaLamp& lamp) noexcept {
-  return 0x1p-20f * static_cast<float>(std::max({std::abs(lamp.centre.x), std::abs(lamp.centre.y), std::abs(lamp.centre.z),
-                                                  static_cast<double>(lamp.half_u), static_cast<double>(lamp.half_v)}));
+  return 0x1p-20f * static_cast<float>(
+                        std::max({std::abs(lamp.centre.x), std::abs(lamp.centre.y), std::abs(lamp.centre.z),
+                                  static_cast<double>(lamp.half_u), static_cast<double>(lamp.half_v)}));
 }
 
 bool contains(const AreaLamp& lamp, double x, double y) noexcept {
@@ -24,7 +26,8 @@ bool contains(const AreaLamp& lamp, double x, double y) noexcept {
   return lamp.round ? a * a + b * b <= 1 : std::abs(a) <= 1 && std::abs(b) <= 1;
 }
 
-// How the lamp is sampled from one point: the rectangle of it that can light the point, in the lamp's axes around its centre.
+// How the lamp is sampled from one point: the rectangle of it that can light the point, in the lamp's axes
+// around its centre.
 struct View {
   V3d at;  // the point, lamp coordinates; z in front
   double x0, x1, y0, y1;
@@ -33,7 +36,11 @@ struct View {
 
 std::optional<View> view_from(const AreaLamp& lamp, const V3d& from) noexcept {
   const V3d to = from - lamp.centre;
-  View view{{to.dot(V3d(lamp.axis_u)), to.dot(V3d(lamp.axis_v)), to.dot(V3d(lamp.normal))}, -lamp.half_u, lamp.half_u, -lamp.half_v, lamp.half_v,
+  View view{{to.dot(V3d(lamp.axis_u)), to.dot(V3d(lamp.axis_v)), to.dot(V3d(lamp.normal))},
+            -lamp.half_u,
+            lamp.half_u,
+            -lamp.half_v,
+            lamp.half_v,
             View::Way::Rectangle};
   if (!(view.at.z > 0)) return {};
   if (lamp.spread_cot > 0) {
@@ -52,10 +59,13 @@ std::optional<View> view_from(const AreaLamp& lamp, const V3d& from) noexcept {
   return view;
 }
 
-SphericalRectangle spherical(const View& view) noexcept { return {view.x0 - view.at.x, view.x1 - view.at.x, view.y0 - view.at.y, view.y1 - view.at.y, view.at.z}; }
+SphericalRectangle spherical(const View& view) noexcept {
+  return {view.x0 - view.at.x, view.x1 - view.at.x, view.y0 - view.at.y, view.y1 - view.at.y, view.at.z};
+}
 
 float area_density(const AreaLamp& lamp, const View& view) noexcept {
-  return view.way == View::Way::Ellipse ? 1 / lamp.area : static_cast<float>(1 / ((view.x1 - view.x0) * (view.y1 - view.y0)));
+  return view.way == View::Way::Ellipse ? 1 / lamp.area
+                                        : static_cast<float>(1 / ((view.x1 - view.x0) * (view.y1 - view.y0)));
 }
 
 }  // namespace
@@ -71,7 +81,8 @@ std::optional<LampCrossing> crossing(const AreaLamp& lamp, const V3d& origin, co
   return LampCrossing{t, lamp.radiance * spread_factor(lamp, cosine)};
 }
 
-std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp& lamp, const V3d& from, float, const V2f& u) noexcept {
+std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp& lamp, const V3d& from, float,
+                                          const V2f& u) noexcept {
   const auto view = view_from(lamp, from);
   if (!view) return {};
   V2d p;
@@ -94,7 +105,8 @@ std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp& lamp, co
   if (!(cosine > 0)) return {};
   const Color radiance = lamp.radiance * spread_factor(lamp, cosine);
   if (is_black(radiance)) return {};
-  const float pdf = solid_angle > 0 ? 1 / solid_angle : area_density(lamp, *view) * static_cast<float>(distance2) / cosine;
+  const float pdf =
+      solid_angle > 0 ? 1 / solid_angle : area_density(lamp, *view) * static_cast<float>(distance2) / cosine;
   // a lamp in the plane of a ceiling must not be shadowed by it
   return DirectSample{wi, short_of(distance, clearance_of(lamp), cosine), radiance, pdf, false, distance};
 }
@@ -108,14 +120,20 @@ float pdf_direct(const Parts&, const AreaLamp& lamp, const V3d& from, const V3f&
   return area_density(lamp, *view) * static_cast<float>(found->t * found->t) / -wi.dot(lamp.normal);
 }
 
-std::optional<EmissionPoint> sample_position(const Parts&, const AreaLamp& lamp, float, const V2f& u) noexcept {
+std::optional<EmissionPoint> sample_position(const Parts&, const AreaLamp& lamp, float,
+                                             const V2f& u) noexcept {
   const V2f p = lamp.round ? sample_disk(u) : V2f(2 * u.x - 1, 2 * u.y - 1);
-  const V3d position = lamp.centre + V3d(lamp.axis_u * (p.x * lamp.half_u)) + V3d(lamp.axis_v * (p.y * lamp.half_v));
-  return EmissionPoint{.position = position, .normal = lamp.normal, .clearance = lamp.normal * clearance_of(lamp), .pdf_area = 1 / lamp.area};
+  const V3d position =
+      lamp.centre + V3d(lamp.axis_u * (p.x * lamp.half_u)) + V3d(lamp.axis_v * (p.y * lamp.half_v));
+  return EmissionPoint{.position = position,
+                       .normal = lamp.normal,
+                       .clearance = lamp.normal * clearance_of(lamp),
+                       .pdf_area = 1 / lamp.area};
 }
 
 // Cosine-weighted within the spread's cone.
-std::optional<EmissionDirection> sample_direction(const Parts& parts, const AreaLamp& lamp, const EmissionPoint& point, float, const V2f& u) noexcept {
+std::optional<EmissionDirection> sample_direction(const Parts& parts, const AreaLamp& lamp,
+                                                  const EmissionPoint& point, float, const V2f& u) noexcept {
   const float sine = std::sin(lamp.spread_half);
   const V2f p = sample_disk(u) * sine;
   const V3f local(p.x, p.y, std::sqrt(std::max(0.0f, 1 - p.x * p.x - p.y * p.y)));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which light to ask from a point. Few lights: by a bound on their irradiance there (strength / distance², both sides of the horizon
-// told apart), so that a lamp next door does not starve behind the sun. Many: by the same bounds, of groups of them (light_tree.h).
+// Which light to ask from a point. Few lights: by a bound on their irradiance there (strength / distance²,
+// both sides of the horizon told apart), so that a lamp next door does not starve behind the sun. Many: by
+// the same bounds, of groups of them (light_tree.h).
 #include "scene/light_kinds.h"
 
 namespace sluice {
@@ -12,7 +13,8 @@ bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
   const double distance = from_middle.length();
   if (distance <= lamp.radius) return false;
   // beyond the half angle by more than the sphere's own
-  const double limit = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) + std::asin(lamp.radius / distance) + 1e-3;
+  const double limit = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) +
+                       std::asin(lamp.radius / distance) + 1e-3;
   return limit < std::numbers::pi && from_middle.dot(V3d(lamp.axis)) < distance * std::cos(limit);
 }
 bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
@@ -20,7 +22,8 @@ bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
   if (!(height > 0)) return true;
   if (lamp.spread_cot == 0) return false;
   const double aside = (from_middle - V3d(lamp.normal) * height).length();
-  const double reach = std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
+  const double reach =
+      std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
   return aside > (reach + height / lamp.spread_cot) * 1.001;
 }
 template <class Kind>
@@ -60,14 +63,19 @@ struct Weight {
   const V3d& point;
   const V3f& normal;
   LightTrust trust;
-  float operator()(std::size_t light) const noexcept { return importance(parts.lights[light], point, normal) * (trust.empty() ? 1 : trust[light]); }
+  float operator()(std::size_t light) const noexcept {
+    return importance(parts.lights[light], point, normal) * (trust.empty() ? 1 : trust[light]);
+  }
 };
 
-bool is_alone(std::size_t count, LightTrust trust) noexcept { return count == 1 && (trust.empty() || trust[0] > 0); }
+bool is_alone(std::size_t count, LightTrust trust) noexcept {
+  return count == 1 && (trust.empty() || trust[0] > 0);
+}
 
 }  // namespace
 
-std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u, LightTrust trust) noexcept {
+std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, const V3f& normal, float u,
+                                        LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size();
   if (count == 0) return {};
@@ -82,16 +90,19 @@ std::optional<LightChoice> choose_light(const Scene& scene, const V3d& point, co
   while (i + 1 < count && !(target < cumulative[i])) ++i;
   while (i > 0 && cumulative[i] == cumulative[i - 1]) --i;  // rounding at the end: back to a light that can
   const float low = i ? cumulative[i - 1] : 0, width = cumulative[i] - low;
-  return LightChoice{static_cast<int>(i), width / sum, std::clamp((target - low) / width, 0.0f, 0x1.fffffep-1f)};
+  return LightChoice{static_cast<int>(i), width / sum,
+                     std::clamp((target - low) / width, 0.0f, 0x1.fffffep-1f)};
 }
 
-float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light, LightTrust trust) noexcept {
+float choice_pmf(const Scene& scene, const V3d& point, const V3f& normal, int light,
+                 LightTrust trust) noexcept {
   const Scene::Parts& parts = parts_of(scene);
   const std::size_t count = parts.lights.size(), asked = static_cast<std::size_t>(light);
   if (is_alone(count, trust)) return 1;
   if (count > few_lights) return parts.light_tree.pmf(parts.lights, point, normal, light);
   const Weight weight{parts, point, normal, trust};
-  float before = 0, through = 0, sum = 0;  // the same sums as in choose_light, so the same pmf to the last bit
+  // the same sums as in choose_light, so the same pmf to the last bit
+  float before = 0, through = 0, sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (i == asked) before = sum;
     sum += weight(i);

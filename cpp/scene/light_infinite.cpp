@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Light from infinity: suns, and the world by a table of texels in latitude and longitude (z up; rows from the south pole).
+// Light from infinity: suns, and the world by a table of texels in latitude and longitude (z up; rows from
+// the south pole).
 #include "scene/light_kinds.h"
 
 namespace sluice::kinds {
@@ -21,13 +22,17 @@ Texel texel_of(const World& world, const V3f& direction) noexcept {
   const float theta = std::acos(std::clamp(-direction.z, -1.0f, 1.0f));  // from the south pole
   float phi = std::atan2(direction.y, direction.x) / (2 * pi);
   if (phi < 0) phi += 1;
-  const auto clamp_to = [](float x, int size) { return static_cast<std::size_t>(std::clamp(static_cast<int>(x * static_cast<float>(size)), 0, size - 1)); };
-  return {clamp_to(phi, world.width), clamp_to(theta / pi, world.height), std::sqrt(std::max(0.0f, 1 - direction.z * direction.z))};
+  const auto clamp_to = [](float x, int size) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(x * static_cast<float>(size)), 0, size - 1));
+  };
+  return {clamp_to(phi, world.width), clamp_to(theta / pi, world.height),
+          std::sqrt(std::max(0.0f, 1 - direction.z * direction.z))};
 }
 
 }  // namespace
 
-// Uniform on the disc in the tangent plane: density 1 / (pi tan² cos³) per solid angle, which is also Cycles' radiance per W/m².
+// Uniform on the disc in the tangent plane: density 1 / (pi tan² cos³) per solid angle, which is also Cycles'
+// radiance per W/m².
 std::optional<EmissionDirection> sample_towards(const Sun& sun, const V2f& u) noexcept {
   if (sun.tan_half == 0) return EmissionDirection{sun.to_sun, 1};
   const V2f p = sample_disk(u) * sun.tan_half;
@@ -43,7 +48,9 @@ float pdf_towards(const Sun& sun, const V3f& to_light) noexcept {
   return cosine > 0 ? 1 / (pi * square(sun.tan_half) * cosine * cosine * cosine) : 0;
 }
 
-Color radiance(const Parts&, const Sun& sun, const V3f& to_light, bool) noexcept { return sun.irradiance * pdf_towards(sun, to_light); }
+Color radiance(const Parts&, const Sun& sun, const V3f& to_light, bool) noexcept {
+  return sun.irradiance * pdf_towards(sun, to_light);
+}
 
 std::optional<EmissionDirection> sample_towards(const World& world, const V2f& u) noexcept {
   if (world.constant) return EmissionDirection{sample_sphere(u).normalized(), 1 / (4 * pi)};
@@ -69,7 +76,8 @@ float pdf_towards(const World& world, const V3f& to_light) noexcept {
 
 Color radiance(const Parts& parts, const World& world, const V3f& to_light, bool camera_ray) noexcept {
   if (world.constant) return world.radiance;
-  return eval_background(parts.materials[static_cast<std::size_t>(parts.world_material)], to_light, camera_ray);
+  return eval_background(parts.materials[static_cast<std::size_t>(parts.world_material)], to_light,
+                         camera_ray);
 }
 
 }  // namespace sluice::kinds

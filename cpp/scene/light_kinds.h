@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The overloads behind light.h, one file per kind; each answers for its own struct as light.h's function of that name does. Private to
-// this folder. Finite kinds: SphereLamp, AreaLamp, MeshLight; infinite ones: Sun, World.
+// The overloads behind light.h, one file per kind; each answers for its own struct as light.h's function of
+// that name does. Private to this folder. Finite kinds: SphereLamp, AreaLamp, MeshLight; infinite ones: Sun,
+// World.
 #pragma once
 #include <concepts>
 
@@ -21,35 +22,59 @@ struct LampCrossing {
 
 // sphere lamps: light_sphere.cpp
 [[nodiscard]] float spot_factor(const SphereLamp& lamp, const V3f& direction) noexcept;
-[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp&, const V3d& from, float, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direct(const Parts&, const SphereLamp&, const V3d& from, const V3f& wi, const Hit*) noexcept;
-[[nodiscard]] std::optional<LampCrossing> crossing(const SphereLamp&, const V3d& origin, const V3f& direction) noexcept;
-[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp&, float, const V2f& u) noexcept;
-[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const SphereLamp&, const EmissionPoint&, float, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direction(const Parts&, const SphereLamp&, const EmissionPoint&, const V3f& direction) noexcept;
-[[nodiscard]] Color eval_emission(const Parts&, const SphereLamp&, const EmissionPoint&, const V3f& direction) noexcept;
+[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp&, const V3d& from,
+                                                        float, const V2f& u) noexcept;
+[[nodiscard]] float pdf_direct(const Parts&, const SphereLamp&, const V3d& from, const V3f& wi,
+                               const Hit*) noexcept;
+[[nodiscard]] std::optional<LampCrossing> crossing(const SphereLamp&, const V3d& origin,
+                                                   const V3f& direction) noexcept;
+[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp&, float,
+                                                           const V2f& u) noexcept;
+[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const SphereLamp&,
+                                                                const EmissionPoint&, float,
+                                                                const V2f& u) noexcept;
+[[nodiscard]] float pdf_direction(const Parts&, const SphereLamp&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
+[[nodiscard]] Color eval_emission(const Parts&, const SphereLamp&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
 
 // area lamps: light_area.cpp
-[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp&, const V3d& from, float, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direct(const Parts&, const AreaLamp&, const V3d& from, const V3f& wi, const Hit*) noexcept;
-[[nodiscard]] std::optional<LampCrossing> crossing(const AreaLamp&, const V3d& origin, const V3f& direction) noexcept;
-[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const AreaLamp&, float, const V2f& u) noexcept;
-[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const AreaLamp&, const EmissionPoint&, float, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direction(const Parts&, const AreaLamp&, const EmissionPoint&, const V3f& direction) noexcept;
-[[nodiscard]] Color eval_emission(const Parts&, const AreaLamp&, const EmissionPoint&, const V3f& direction) noexcept;
+[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const AreaLamp&, const V3d& from, float,
+                                                        const V2f& u) noexcept;
+[[nodiscard]] float pdf_direct(const Parts&, const AreaLamp&, const V3d& from, const V3f& wi,
+                               const Hit*) noexcept;
+[[nodiscard]] std::optional<LampCrossing> crossing(const AreaLamp&, const V3d& origin,
+                                                   const V3f& direction) noexcept;
+[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const AreaLamp&, float,
+                                                           const V2f& u) noexcept;
+[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const AreaLamp&,
+                                                                const EmissionPoint&, float,
+                                                                const V2f& u) noexcept;
+[[nodiscard]] float pdf_direction(const Parts&, const AreaLamp&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
+[[nodiscard]] Color eval_emission(const Parts&, const AreaLamp&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
 
 // emissive meshes: light_mesh.cpp
-[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const MeshLight&, const V3d& from, float u_part, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direct(const Parts&, const MeshLight&, const V3d& from, const V3f& wi, const Hit* hit) noexcept;
-[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const MeshLight&, float u_part, const V2f& u) noexcept;
-[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const MeshLight&, const EmissionPoint&, float u_part, const V2f& u) noexcept;
-[[nodiscard]] float pdf_direction(const Parts&, const MeshLight&, const EmissionPoint&, const V3f& direction) noexcept;
-[[nodiscard]] Color eval_emission(const Parts&, const MeshLight&, const EmissionPoint&, const V3f& direction) noexcept;
+[[nodiscard]] std::optional<DirectSample> sample_direct(const Parts&, const MeshLight&, const V3d& from,
+                                                        float u_part, const V2f& u) noexcept;
+[[nodiscard]] float pdf_direct(const Parts&, const MeshLight&, const V3d& from, const V3f& wi,
+                               const Hit* hit) noexcept;
+[[nodiscard]] std::optional<EmissionPoint> sample_position(const Parts&, const MeshLight&, float u_part,
+                                                           const V2f& u) noexcept;
+[[nodiscard]] std::optional<EmissionDirection> sample_direction(const Parts&, const MeshLight&,
+                                                                const EmissionPoint&, float u_part,
+                                                                const V2f& u) noexcept;
+[[nodiscard]] float pdf_direction(const Parts&, const MeshLight&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
+[[nodiscard]] Color eval_emission(const Parts&, const MeshLight&, const EmissionPoint&,
+                                  const V3f& direction) noexcept;
 
 // light from infinity: light_infinite.cpp. Directions to the light.
 [[nodiscard]] std::optional<EmissionDirection> sample_towards(const Sun&, const V2f& u) noexcept;
 [[nodiscard]] float pdf_towards(const Sun&, const V3f& to_light) noexcept;
-[[nodiscard]] Color radiance(const Parts&, const Sun&, const V3f& to_light, bool camera_ray) noexcept;  // 0 for a parallel sun
+// 0 for a parallel sun
+[[nodiscard]] Color radiance(const Parts&, const Sun&, const V3f& to_light, bool camera_ray) noexcept;
 [[nodiscard]] std::optional<EmissionDirection> sample_towards(const World&, const V2f& u) noexcept;
 [[nodiscard]] float pdf_towards(const World&, const V3f& to_light) noexcept;
 [[nodiscard]] Color radiance(const Parts&, const World&, const V3f& to_light, bool camera_ray) noexcept;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Point and spot lamps. Cycles: a lamp of P watts has radiance P / (4 pi² r²) on a sphere of radius r, so intensity P / (4 pi) from far
-// away and flux P; a spot is that times a factor of the direction alone, not made up for. Cycles 3.4 draws the sphere as a disk that
-// faces the point it lights; the sphere itself (as Cycles 4) differs by (r / distance)². Light leaves outwards only.
+// Point and spot lamps. Cycles: a lamp of P watts has radiance P / (4 pi² r²) on a sphere of radius r, so
+// intensity P / (4 pi) from far away and flux P; a spot is that times a factor of the direction alone, not
+// made up for. Cycles 3.4 draws the sphere as a disk that faces the point it lights; the sphere itself (as
+// Cycles 4) differs by (r / distance)². Light leaves outwards only.
 #include "scene/light_kinds.h"
 
 namespace sluice::kinds {
@@ -15,21 +16,26 @@ std::optional<float> cone_of(const SphereLamp& lamp, double distance2) noexcept 
 }
 
 float clearance_of(const SphereLamp& lamp) noexcept {
-  return 0x1p-20f * static_cast<float>(std::max({std::abs(lamp.centre.x), std::abs(lamp.centre.y), std::abs(lamp.centre.z), static_cast<double>(lamp.radius)}));
+  return 0x1p-20f * static_cast<float>(std::max({std::abs(lamp.centre.x), std::abs(lamp.centre.y),
+                                                 std::abs(lamp.centre.z), static_cast<double>(lamp.radius)}));
 }
 
-// Part of the sphere, around its axis, from which light enters the spot's cone: all normals up to 90° beyond it.
+// Part of the sphere, around its axis, from which light enters the spot's cone: all normals up to 90° beyond
+// it.
 float cap_of(const SphereLamp& lamp) noexcept {
   if (lamp.cos_half <= 0) return 2;
   return 1 + std::sqrt(1 - lamp.cos_half * lamp.cos_half);  // 1 - cos(90° + half)
 }
 
 // 1 - cos of the half angle of the cone that a spot sends light into.
-float cone_of_spot(const SphereLamp& lamp) noexcept { return 1 - (lamp.times_cosine ? std::max(lamp.cos_half, 0.0f) : lamp.cos_half); }
+float cone_of_spot(const SphereLamp& lamp) noexcept {
+  return 1 - (lamp.times_cosine ? std::max(lamp.cos_half, 0.0f) : lamp.cos_half);
+}
 
 }  // namespace
 
-// Cycles: smoothstep over the part `blend` of 1 - cos(half angle) next to the edge; in Blender 3 times the cosine to the axis.
+// Cycles: smoothstep over the part `blend` of 1 - cos(half angle) next to the edge; in Blender 3 times the
+// cosine to the axis.
 float spot_factor(const SphereLamp& lamp, const V3f& direction) noexcept {
   if (!lamp.spot) return 1;
   const float cosine = direction.dot(lamp.axis), inside = cosine - lamp.cos_half;
@@ -40,7 +46,8 @@ float spot_factor(const SphereLamp& lamp, const V3f& direction) noexcept {
   return most * x * x * (3 - 2 * x);
 }
 
-std::optional<LampCrossing> crossing(const SphereLamp& lamp, const V3d& origin, const V3f& direction) noexcept {
+std::optional<LampCrossing> crossing(const SphereLamp& lamp, const V3d& origin,
+                                     const V3f& direction) noexcept {
   const V3d to = lamp.centre - origin, d(direction);
   const double along = to.dot(d) / d.length2(), r2 = square(static_cast<double>(lamp.radius));
   const double off2 = (to - d * along).length2();
@@ -48,19 +55,27 @@ std::optional<LampCrossing> crossing(const SphereLamp& lamp, const V3d& origin, 
   return LampCrossing{along - std::sqrt(r2 - off2), lamp.radiance * spot_factor(lamp, -direction)};
 }
 
-std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp& lamp, const V3d& from, float, const V2f& u) noexcept {
+std::optional<DirectSample> sample_direct(const Parts&, const SphereLamp& lamp, const V3d& from, float,
+                                          const V2f& u) noexcept {
   const V3d to = lamp.centre - from;
   const double distance2 = to.length2();
   if (!(distance2 > 0)) return {};
   const V3f axis(to / std::sqrt(distance2));
   if (lamp.radius == 0)
-    return DirectSample{axis, std::sqrt(distance2), lamp.radiance * (spot_factor(lamp, -axis) / static_cast<float>(distance2)), 1, true, std::sqrt(distance2)};
+    return DirectSample{axis,
+                        std::sqrt(distance2),
+                        lamp.radiance * (spot_factor(lamp, -axis) / static_cast<float>(distance2)),
+                        1,
+                        true,
+                        std::sqrt(distance2)};
   const auto cone = cone_of(lamp, distance2);
   if (!cone) return {};
   const V3f wi = Frame(axis).to_world(sample_cone(u, *cone)).normalized();
   auto hit = crossing(lamp, from, wi);
-  if (!hit) hit = LampCrossing{std::sqrt(distance2), lamp.radiance * spot_factor(lamp, -wi)};  // rounding at the rim
-  return DirectSample{wi, short_of(hit->t, clearance_of(lamp), 1), hit->radiance, cone_pdf(*cone), false, hit->t};
+  // rounding at the rim
+  if (!hit) hit = LampCrossing{std::sqrt(distance2), lamp.radiance * spot_factor(lamp, -wi)};
+  return DirectSample{wi,    short_of(hit->t, clearance_of(lamp), 1), hit->radiance, cone_pdf(*cone), false,
+                      hit->t};
 }
 
 float pdf_direct(const Parts&, const SphereLamp& lamp, const V3d& from, const V3f& wi, const Hit*) noexcept {
@@ -69,15 +84,20 @@ float pdf_direct(const Parts&, const SphereLamp& lamp, const V3d& from, const V3
   return cone ? cone_pdf(*cone) : 0;
 }
 
-std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp& lamp, float, const V2f& u) noexcept {
-  if (lamp.radius == 0) return EmissionPoint{.position = lamp.centre, .normal = V3f(0), .clearance = V3f(0), .pdf_area = 1};
+std::optional<EmissionPoint> sample_position(const Parts&, const SphereLamp& lamp, float,
+                                             const V2f& u) noexcept {
+  if (lamp.radius == 0)
+    return EmissionPoint{.position = lamp.centre, .normal = V3f(0), .clearance = V3f(0), .pdf_area = 1};
   const float cap = lamp.spot ? cap_of(lamp) : 2;
   const V3f n = Frame(lamp.axis).to_world(sample_cone(u, cap)).normalized();
-  return EmissionPoint{.position = lamp.centre + V3d(n) * static_cast<double>(lamp.radius), .normal = n, .clearance = n * clearance_of(lamp),
+  return EmissionPoint{.position = lamp.centre + V3d(n) * static_cast<double>(lamp.radius),
+                       .normal = n,
+                       .clearance = n * clearance_of(lamp),
                        .pdf_area = cone_pdf(cap) / square(lamp.radius)};
 }
 
-std::optional<EmissionDirection> sample_direction(const Parts& parts, const SphereLamp& lamp, const EmissionPoint& point, float, const V2f& u) noexcept {
+std::optional<EmissionDirection> sample_direction(const Parts& parts, const SphereLamp& lamp,
+                                                  const EmissionPoint& point, float, const V2f& u) noexcept {
   V3f direction;
   if (lamp.spot)
     direction = Frame(lamp.axis).to_world(sample_cone(u, cone_of_spot(lamp)));
@@ -91,7 +111,8 @@ std::optional<EmissionDirection> sample_direction(const Parts& parts, const Sphe
   return EmissionDirection{direction, pdf};
 }
 
-float pdf_direction(const Parts&, const SphereLamp& lamp, const EmissionPoint& point, const V3f& direction) noexcept {
+float pdf_direction(const Parts&, const SphereLamp& lamp, const EmissionPoint& point,
+                    const V3f& direction) noexcept {
   if (lamp.spot) {
     const float cone = cone_of_spot(lamp);
     return direction.dot(lamp.axis) >= 1 - cone ? cone_pdf(cone) : 0;
@@ -100,7 +121,8 @@ float pdf_direction(const Parts&, const SphereLamp& lamp, const EmissionPoint& p
   return std::max(0.0f, point.normal.dot(direction)) / pi;
 }
 
-Color eval_emission(const Parts&, const SphereLamp& lamp, const EmissionPoint& point, const V3f& direction) noexcept {
+Color eval_emission(const Parts&, const SphereLamp& lamp, const EmissionPoint& point,
+                    const V3f& direction) noexcept {
   const float cosine = lamp.radius == 0 ? 1.0f : std::max(0.0f, point.normal.dot(direction));
   return lamp.radiance * (cosine * spot_factor(lamp, direction));
 }

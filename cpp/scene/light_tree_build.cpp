@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a light tree is made: from the top, each node cut in two across its longest side, where strength times size of both halves, in
-// space and in directions, is least (Walter et al. 2005, §3.1; from the top by Estevez & Kulla 2018, §4.3).
+// How a light tree is made: from the top, each node cut in two across its longest side, where strength times
+// size of both halves, in space and in directions, is least (Walter et al. 2005, §3.1; from the top by
+// Estevez & Kulla 2018, §4.3).
 #include <numeric>
 
 #include "scene/light_tree.h"
@@ -44,16 +45,21 @@ Cone cone_of(const SphereLamp& lamp) {
   return lamp.spot ? Cone{V3d(lamp.axis), half} : Cone{};
 }
 Cone cone_of(const AreaLamp& lamp) {
-  return {V3d(lamp.normal), std::min(static_cast<double>(lamp.spread_half), std::numbers::pi / 2) + 2 * slack};
+  return {V3d(lamp.normal),
+          std::min(static_cast<double>(lamp.spread_half), std::numbers::pi / 2) + 2 * slack};
 }
 template <class Kind>
-Cone cone_of(const Kind&) { return {}; }
+Cone cone_of(const Kind&) {
+  return {};
+}
 
 Item item_of(const Light& light) {
   const double strength = std::isfinite(light.strength) ? std::max(light.strength, 1e-30f) : 1e-30f;
-  if (const auto* sun = std::get_if<Sun>(&light.kind)) return {V3d(sun->to_sun), sun->tan_half + 2 * slack, strength, {}};
+  if (const auto* sun = std::get_if<Sun>(&light.kind))
+    return {V3d(sun->to_sun), sun->tan_half + 2 * slack, strength, {}};
   if (is_infinite(light)) return {V3d(0), 2, strength, {}};
-  return {light.middle, light.reach * (1 + 2 * slack), strength, std::visit([](const auto& kind) { return cone_of(kind); }, light.kind)};
+  return {light.middle, light.reach * (1 + 2 * slack), strength,
+          std::visit([](const auto& kind) { return cone_of(kind); }, light.kind)};
 }
 
 // What is known of some items together.
@@ -69,7 +75,8 @@ struct Group {
   }
   // `size`: that a turn of directions counts like (m).
   [[nodiscard]] double cost(double size) const {
-    return strength * ((bounds.high - bounds.low).length2() + square(size * (1 - std::cos(std::min(cone.half, std::numbers::pi)))));
+    return strength * ((bounds.high - bounds.low).length2() +
+                       square(size * (1 - std::cos(std::min(cone.half, std::numbers::pi)))));
   }
 };
 
@@ -80,7 +87,8 @@ int longest_axis(std::span<const Item> items, std::span<const std::uint32_t> mem
   return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
 }
 
-// Sorts the members along their longest axis, and says how many go into the first half. Ties fall to the middle.
+// Sorts the members along their longest axis, and says how many go into the first half. Ties fall to the
+// middle.
 std::size_t split(std::span<const Item> items, std::span<std::uint32_t> members, int depth) {
   const int axis = longest_axis(items, members);
   std::ranges::sort(members, {}, [&](std::uint32_t i) { return std::pair(items[i].place[axis], i); });
@@ -111,16 +119,27 @@ struct LightTree::Builder {
     V3d sum(0);
     Group group;
     for (const std::uint32_t i : members) group.add(items[i]), sum += items[i].place * items[i].strength;
-    Node node{.begin = begin, .end = end, .infinite = infinite, .strength = static_cast<float>(group.strength), .middle = sum / group.strength,
-              .spread2 = 0, .reach = 0, .half = V3d(0), .axis = V3f(group.cone.axis), .cosine = -1, .sine = 0};
+    Node node{.begin = begin,
+              .end = end,
+              .infinite = infinite,
+              .strength = static_cast<float>(group.strength),
+              .middle = sum / group.strength,
+              .spread2 = 0,
+              .reach = 0,
+              .half = V3d(0),
+              .axis = V3f(group.cone.axis),
+              .cosine = -1,
+              .sine = 0};
     for (const std::uint32_t i : members) {
       const V3d aside = items[i].place - node.middle;
       node.spread2 += items[i].strength / group.strength * aside.length2();
       node.reach = std::max(node.reach, (aside.length() + items[i].reach) * (1 + 1e-6));
-      for (int k = 0; k < 3; ++k) node.half[k] = std::max(node.half[k], (std::abs(aside[k]) + items[i].reach) * (1 + 1e-6));
+      for (int k = 0; k < 3; ++k)
+        node.half[k] = std::max(node.half[k], (std::abs(aside[k]) + items[i].reach) * (1 + 1e-6));
     }
     if (group.cone.half < std::numbers::pi)
-      node.cosine = static_cast<float>(std::cos(group.cone.half)), node.sine = static_cast<float>(std::sin(group.cone.half));
+      node.cosine = static_cast<float>(std::cos(group.cone.half)),
+      node.sine = static_cast<float>(std::sin(group.cone.half));
     return node;
   }
 
@@ -139,7 +158,8 @@ struct LightTree::Builder {
       const Node parent = tree.nodes_[task.node];
       if (parent.is_leaf()) continue;
       const auto members = std::span(tree.order_).subspan(parent.begin, parent.end - parent.begin);
-      const std::uint32_t middle = parent.begin + static_cast<std::uint32_t>(split(items, members, task.depth));
+      const std::uint32_t middle =
+          parent.begin + static_cast<std::uint32_t>(split(items, members, task.depth));
       const auto children = tree.nodes_[task.node].children = static_cast<std::uint32_t>(tree.nodes_.size());
       tree.nodes_.push_back(node(parent.begin, middle, infinite));
       tree.nodes_.push_back(node(middle, parent.end, infinite));
@@ -150,8 +170,10 @@ struct LightTree::Builder {
 
 LightTree::LightTree(std::span<const Light> lights) : order_(lights.size()), place_(lights.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
-  const auto infinite = std::ranges::stable_partition(order_, [&](std::uint32_t i) { return !is_infinite(lights[i]); });
-  const auto finite_count = static_cast<std::uint32_t>(infinite.begin() - order_.begin()), count = static_cast<std::uint32_t>(order_.size());
+  const auto infinite =
+      std::ranges::stable_partition(order_, [&](std::uint32_t i) { return !is_infinite(lights[i]); });
+  const auto finite_count = static_cast<std::uint32_t>(infinite.begin() - order_.begin()),
+             count = static_cast<std::uint32_t>(order_.size());
   Builder builder{*this, {}};
   for (const Light& light : lights) builder.items.push_back(item_of(light));
   builder.grow(0, finite_count, false);

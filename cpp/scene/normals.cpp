@@ -8,13 +8,16 @@ namespace {
 
 V3d direction(const V3d& v) noexcept {
   const double squared = v.length2();
-  return squared <= 1e-35 ? V3d(0) : v * (1 / std::sqrt(squared));  // Blender's limit: what is shorter points nowhere. NaN stays
+  // Blender's limit: what is shorter points nowhere. NaN stays
+  return squared <= 1e-35 ? V3d(0) : v * (1 / std::sqrt(squared));
 }
 
 class Polygon {
  public:
   Polygon(const MeshDescription& mesh, std::size_t index) noexcept
-      : mesh_(mesh), first_(mesh.polygons.corners.data() + mesh.polygons.starts[index]), size_(mesh.polygons.sizes[index]) {}
+      : mesh_(mesh),
+        first_(mesh.polygons.corners.data() + mesh.polygons.starts[index]),
+        size_(mesh.polygons.sizes[index]) {}
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] std::uint32_t vertex(std::size_t corner) const noexcept { return first_[corner]; }
@@ -50,7 +53,8 @@ void add_at_corners(const Polygon& polygon, const V3d& normal, std::vector<V3d>&
   for (std::size_t i = 0; i < size; ++i) {
     const V3d next = polygon.at(i + 1 < size ? i + 1 : 0), ahead = direction(next - at);
     const auto cosine = static_cast<float>(-behind.dot(ahead));
-    sums[polygon.vertex(i)] += normal * static_cast<double>(std::acos(std::clamp(cosine, -1.0f, 1.0f)));  // a weight need not be exact
+    // a weight need not be exact
+    sums[polygon.vertex(i)] += normal * static_cast<double>(std::acos(std::clamp(cosine, -1.0f, 1.0f)));
     at = next, behind = ahead;
   }
 }
@@ -78,13 +82,15 @@ void make_normals(MeshDescription& mesh, const CancelPoint& cancel) {
     std::vector<V3f> of_vertices(made.of_vertices.size());
     for (std::size_t i = 0; i < of_vertices.size(); ++i) {
       const V3d n = direction(made.of_vertices[i]);
-      of_vertices[i] = V3f(n == V3d(0) ? direction(V3d(mesh.positions[i])) : n);  // where they cancel out, Blender's is the position's
+      // where they cancel out, Blender's is the position's
+      of_vertices[i] = V3f(n == V3d(0) ? direction(V3d(mesh.positions[i])) : n);
     }
     mesh.normals.reserve(3 * mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       const std::uint32_t polygon = mesh.polygons.of_triangles[i];
       for (const std::uint32_t vertex : mesh.triangles[i])
-        mesh.normals.push_back(mesh.polygons.smooth[polygon] ? of_vertices[vertex] : made.of_polygons[polygon]);
+        mesh.normals.push_back(mesh.polygons.smooth[polygon] ? of_vertices[vertex]
+                                                             : made.of_polygons[polygon]);
     }
   }
   mesh.polygons = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A ray and what it hits, in re-centred space (world minus Scene::centre()). Positions and distances are double: the gates of design
-// §2 decide by them. Knows nothing of materials or of the acceleration structure.
+// A ray and what it hits, in re-centred space (world minus Scene::centre()). Positions and distances are
+// double: the gates of design §2 decide by them. Knows nothing of materials or of the acceleration structure.
 #pragma once
 #include <algorithm>
 
@@ -12,11 +12,14 @@ struct Ray {
   V3d origin;
   V3f direction;  // unit
   double t_max = std::numeric_limits<double>::infinity();
-  V3f clearance{0};          // Hit::clearance or EmissionPoint::clearance of the surface it leaves; 0: it starts in free space or on a gate
+  // Hit::clearance or EmissionPoint::clearance of the surface it leaves; 0: it starts in free space or on a
+  // gate
+  V3f clearance{0};
   bool from_camera = false;  // then instances hidden from the camera are not met
 };
 
-// Nearest intersection: t and position from the hit triangle's plane in double, consistent with each other (position = origin + t d).
+// Nearest intersection: t and position from the hit triangle's plane in double, consistent with each other
+// (position = origin + t d).
 struct Hit {
   double t;
   V3d position;
@@ -27,12 +30,14 @@ struct Hit {
 };
 
 // The ray that goes on from a hit, on whichever side `direction` points to.
-[[nodiscard]] inline Ray ray_from(const Hit& hit, const V3f& direction, double t_max = std::numeric_limits<double>::infinity()) noexcept {
+[[nodiscard]] inline Ray ray_from(const Hit& hit, const V3f& direction,
+                                  double t_max = std::numeric_limits<double>::infinity()) noexcept {
   return {hit.position, direction, t_max, hit.clearance, false};
 }
 
-// Length of a shadow ray to a surface at `distance`, met at `cosine`: short of what rounding may make of the distance to a surface in that
-// one's own plane (`clearance`: its error in m, without what grows with the distance).
+// Length of a shadow ray to a surface at `distance`, met at `cosine`: short of what rounding may make of the
+// distance to a surface in that one's own plane (`clearance`: its error in m, without what grows with the
+// distance).
 [[nodiscard]] inline double short_of(double distance, double clearance, float cosine) noexcept {
   return std::max(distance - (2 * clearance + 0x1p-21 * distance) / cosine, 0.5 * distance);
 }

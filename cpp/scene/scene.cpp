@@ -19,13 +19,16 @@ std::array<V3d, 3> Scene::Parts::corners(const Instance& instance, std::uint32_t
     return {V3d(p[corner[0]]), V3d(p[corner[1]]), V3d(p[corner[2]])};
   }
   const V3f* p = shape.positions.data();
-  return {V3d(p[corner[0]]) * instance.to_scene, V3d(p[corner[1]]) * instance.to_scene, V3d(p[corner[2]]) * instance.to_scene};
+  return {V3d(p[corner[0]]) * instance.to_scene, V3d(p[corner[1]]) * instance.to_scene,
+          V3d(p[corner[2]]) * instance.to_scene};
 }
 
-const MaterialBinding& Scene::Parts::binding(const Instance& instance, std::uint32_t triangle) const noexcept {
+const MaterialBinding& Scene::Parts::binding(const Instance& instance,
+                                             std::uint32_t triangle) const noexcept {
   const auto& of_triangle = mesh(instance).material_slots;
   const std::size_t slot = of_triangle.empty() ? 0 : of_triangle[triangle];
-  return instance.slots[std::min(slot, instance.slots.size() - 1)];  // as Blender does with slots that were removed
+  // as Blender does with slots that were removed
+  return instance.slots[std::min(slot, instance.slots.size() - 1)];
 }
 
 Scene::Scene(std::shared_ptr<const Parts> parts, std::unique_ptr<const Shot> shot) noexcept
@@ -40,18 +43,21 @@ V3f start(const Ray& ray) noexcept {
   return V3f(ray.origin + V3d(ray.clearance * side));
 }
 
-// A shadow ray ends just short of a light, so the end must stay where it is when the start moves off its surface: else the light's own
-// mesh blocks it as soon as the receiver's clearance is larger than the light's.
+// A shadow ray ends just short of a light, so the end must stay where it is when the start moves off its
+// surface: else the light's own mesh blocks it as soon as the receiver's clearance is larger than the
+// light's.
 RaySegment shadow_segment(const Ray& ray) noexcept {
   const RaySegment plain{start(ray), ray.direction, static_cast<float>(ray.t_max)};
   if (!std::isfinite(ray.t_max)) return plain;
   const V3d to = ray.origin + V3d(ray.direction) * ray.t_max - V3d(plain.origin);
   const double length = std::sqrt(to.length2());
-  if (!(to.dot(V3d(ray.direction)) > 0.5 * length)) return plain;  // as short as the clearance: it has no direction of its own
+  // as short as the clearance: it has no direction of its own
+  if (!(to.dot(V3d(ray.direction)) > 0.5 * length)) return plain;
   return {plain.origin, V3f(to * (1 / length)), static_cast<float>(length)};
 }
 
-// The hit in double, from the plane of the triangle as Embree saw it (numerics §1: its float t is off by up to 3e-5).
+// The hit in double, from the plane of the triangle as Embree saw it (numerics §1: its float t is off by up
+// to 3e-5).
 Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcept {
   const Instance& instance = parts.instances[raw.instance];
   const std::vector<V3f>& normals = parts.mesh(instance).normals;  // read next, by surface_point_of()
@@ -61,7 +67,8 @@ Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcep
   const V3d n = (b - a).cross(c - a);
   double t = n.dot(a - ray.origin) / n.dot(direction);
   // in the triangle's own plane the quotient means nothing: there Embree's is as good as any
-  const double slack = instance.clearance + std::abs(ray.clearance.x) + std::abs(ray.clearance.y) + std::abs(ray.clearance.z);
+  const double slack =
+      instance.clearance + std::abs(ray.clearance.x) + std::abs(ray.clearance.y) + std::abs(ray.clearance.z);
   if (!(std::abs(t - raw.t) <= 1e-3 * raw.t + 8 * slack)) t = raw.t;
   t = std::max(t, 0.0);
   const V3d position = ray.origin + direction * t;
@@ -75,7 +82,8 @@ Hit refine(const Scene::Parts& parts, const Ray& ray, const RawHit& raw) noexcep
 }  // namespace
 
 std::optional<Hit> Scene::intersect(const Ray& ray) const noexcept {
-  const auto raw = parts_->accelerator.nearest({start(ray), ray.direction, static_cast<float>(ray.t_max)}, ray.from_camera ? mask_camera : mask_any);
+  const auto raw = parts_->accelerator.nearest({start(ray), ray.direction, static_cast<float>(ray.t_max)},
+                                               ray.from_camera ? mask_camera : mask_any);
   if (!raw) return {};
   return refine(*parts_, ray, *raw);
 }
@@ -125,9 +133,15 @@ std::span<const int> Scene::infinite_lights() const noexcept { return parts_->in
 
 const std::vector<Entity>& Scene::entities() const noexcept { return parts_->entities; }
 int Scene::entity(const Hit& hit) const noexcept { return parts_->instances[hit.instance].entity; }
-EventClass Scene::event_class(Event kind, const Hit& hit) const noexcept { return shot_->events_at[hit.instance].classes[static_cast<std::size_t>(kind)]; }
-bool Scene::may_be_taken_from(const Hit& hit) const noexcept { return shot_->events_at[hit.instance].may_be_taken; }
-int Scene::light_entity(int light) const noexcept { return parts_->lights[static_cast<std::size_t>(light)].entity; }
+EventClass Scene::event_class(Event kind, const Hit& hit) const noexcept {
+  return shot_->events_at[hit.instance].classes[static_cast<std::size_t>(kind)];
+}
+bool Scene::may_be_taken_from(const Hit& hit) const noexcept {
+  return shot_->events_at[hit.instance].may_be_taken;
+}
+int Scene::light_entity(int light) const noexcept {
+  return parts_->lights[static_cast<std::size_t>(light)].entity;
+}
 const Edits& Scene::edits() const noexcept { return shot_->edits; }
 
 const GatesInView& Scene::gates_in_view() const noexcept { return shot_->gates_in_view; }
@@ -140,10 +154,16 @@ const Bounds& Scene::geometry_bounds() const noexcept { return parts_->geometry_
 const Bounds& Scene::bounds() const noexcept { return shot_->bounds; }
 double Scene::extent() const noexcept { return parts_->extent; }
 std::span<const Material> Scene::materials() const noexcept { return parts_->materials; }
-bool Scene::material_used(std::size_t material) const noexcept { return parts_->material_used[material] != 0; }
+bool Scene::material_used(std::size_t material) const noexcept {
+  return parts_->material_used[material] != 0;
+}
 std::size_t Scene::triangle_count() const noexcept { return parts_->triangle_count; }
 std::size_t Scene::instance_count() const noexcept { return parts_->instances.size(); }
-const Bounds& Scene::instance_bounds(std::size_t instance) const noexcept { return parts_->instances[instance].bounds; }
-std::span<const std::uint32_t> Scene::instance_materials(std::size_t instance) const noexcept { return parts_->instances[instance].used_materials; }
+const Bounds& Scene::instance_bounds(std::size_t instance) const noexcept {
+  return parts_->instances[instance].bounds;
+}
+std::span<const std::uint32_t> Scene::instance_materials(std::size_t instance) const noexcept {
+  return parts_->instances[instance].used_materials;
+}
 
 }  // namespace sluice

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Uniform sampling of the solid angle of a rectangle (Ureña, Fajardo, King 2013, "An area-preserving parametrization for spherical
-// rectangles"), seen from the origin: the rectangle lies at distance z in front, [x0, x1] × [y0, y1] in its own plane.
+// Uniform sampling of the solid angle of a rectangle (Ureña, Fajardo, King 2013, "An area-preserving
+// parametrization for spherical rectangles"), seen from the origin: the rectangle lies at distance z in
+// front, [x0, x1] × [y0, y1] in its own plane.
 #pragma once
 #include <algorithm>
 
@@ -10,7 +11,8 @@ namespace sluice {
 
 class SphericalRectangle {
  public:
-  SphericalRectangle(double x0, double x1, double y0, double y1, double z) noexcept : x0_(x0), x1_(x1), y0_(y0), y1_(y1), z_(-z) {
+  SphericalRectangle(double x0, double x1, double y0, double y1, double z) noexcept
+      : x0_(x0), x1_(x1), y0_(y0), y1_(y1), z_(-z) {
     // normals of the four planes through the origin and an edge; only their z is needed (paper §4)
     const double zz = z * z;
     const double n0 = -y0 / std::sqrt(zz + y0 * y0), n1 = x1 / std::sqrt(zz + x1 * x1);

@@ -10,17 +10,20 @@ T blend(const T* corners, const Hit& hit) noexcept {
   return corners[0] * (1 - hit.u - hit.v) + corners[1] * hit.u + corners[2] * hit.v;
 }
 
-// Interpolated corner normals, by the inverse transpose of the object's matrix; the geometric normal where they cancel out.
+// Interpolated corner normals, by the inverse transpose of the object's matrix; the geometric normal where
+// they cancel out.
 V3f smooth_normal(const MeshDescription& mesh, const Instance& instance, const Hit& hit) noexcept {
   const V3f local = blend(&mesh.normals[std::size_t{3} * hit.triangle], hit);
   const Imath::M44f& m = instance.shading.world_to_object;
-  const V3f n(m[0][0] * local.x + m[0][1] * local.y + m[0][2] * local.z, m[1][0] * local.x + m[1][1] * local.y + m[1][2] * local.z,
+  const V3f n(m[0][0] * local.x + m[0][1] * local.y + m[0][2] * local.z,
+              m[1][0] * local.x + m[1][1] * local.y + m[1][2] * local.z,
               m[2][0] * local.x + m[2][1] * local.y + m[2][2] * local.z);
   const float length = n.length();
   return length > 0 && std::isfinite(length) ? n / length : hit.ng;
 }
 
-// Low-poly silhouettes: where wo is below the interpolated surface, the normal is bent until wo just grazes it.
+// Low-poly silhouettes: where wo is below the interpolated surface, the normal is bent until wo just grazes
+// it.
 V3f seen_from(const V3f& ns, const V3f& ng, const V3f& wo) noexcept {
   constexpr float grazing = 0.01f;
   const float cosine = ns.dot(wo);
@@ -40,7 +43,8 @@ WeightGradients weight_gradients(const std::array<V3d, 3>& p) noexcept {
   return {V3f(e2.cross(n) / squared), V3f(n.cross(e1) / squared)};
 }
 
-void fill_uvs(const Scene::Parts& parts, const Instance& instance, const MaterialBinding& binding, const Hit& hit, SurfacePoint& point) noexcept {
+void fill_uvs(const Scene::Parts& parts, const Instance& instance, const MaterialBinding& binding,
+              const Hit& hit, SurfacePoint& point) noexcept {
   WeightGradients gradients{V3f(0), V3f(0)};
   if (binding.gradients) gradients = weight_gradients(parts.corners(instance, hit.triangle));
   const MeshDescription& mesh = parts.mesh(instance);
@@ -48,7 +52,8 @@ void fill_uvs(const Scene::Parts& parts, const Instance& instance, const Materia
     UvPoint& out = point.uv[i];
     out = UvPoint{};
     if (binding.uv[i] < 0) continue;
-    const V2f* corners = &mesh.uv_maps[static_cast<std::size_t>(binding.uv[i])].corners[std::size_t{3} * hit.triangle];
+    const V2f* corners =
+        &mesh.uv_maps[static_cast<std::size_t>(binding.uv[i])].corners[std::size_t{3} * hit.triangle];
     out.uv = blend(corners, hit);
     if (!binding.gradients) continue;
     const V2f along_u = corners[1] - corners[0], along_v = corners[2] - corners[0];
@@ -59,7 +64,8 @@ void fill_uvs(const Scene::Parts& parts, const Instance& instance, const Materia
 
 }  // namespace
 
-void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) noexcept {
+void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, bool camera_ray,
+                      SurfacePoint& point) noexcept {
   const Instance& instance = parts.instances[hit.instance];
   const MeshDescription& mesh = parts.mesh(instance);
   point.position = V3f(hit.position + parts.centre);
@@ -77,10 +83,14 @@ void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, 
   point.object = &instance.slot_shading[static_cast<std::size_t>(&binding - instance.slots.data())];
   if (binding.uv_count > 0) fill_uvs(parts, instance, binding, hit, point);
   for (std::size_t i = 0; i < static_cast<std::size_t>(binding.color_count); ++i)
-    point.colors[i] = binding.color[i] < 0 ? Color(0) : blend(&mesh.colors[static_cast<std::size_t>(binding.color[i])].corners[std::size_t{3} * hit.triangle], hit);
+    point.colors[i] = binding.color[i] < 0 ? Color(0)
+                                           : blend(&mesh.colors[static_cast<std::size_t>(binding.color[i])]
+                                                        .corners[std::size_t{3} * hit.triangle],
+                                                   hit);
 }
 
-void Scene::surface_point(const Hit& hit, const V3f& wo, bool camera_ray, SurfacePoint& point) const noexcept {
+void Scene::surface_point(const Hit& hit, const V3f& wo, bool camera_ray,
+                          SurfacePoint& point) const noexcept {
   surface_point_of(*parts_, hit, wo, camera_ray, point);
 }
 

@@ -4,7 +4,9 @@
 namespace sluice {
 namespace {
 
-[[nodiscard]] bool in_mask(const Lobe& lobe, EventMask mask) noexcept { return (mask_of(lobe.event) & mask) != 0; }
+[[nodiscard]] bool in_mask(const Lobe& lobe, EventMask mask) noexcept {
+  return (mask_of(lobe.event) & mask) != 0;
+}
 
 [[nodiscard]] bool is_transmitting(const Lobe& lobe) noexcept {
   return std::visit([](const auto& shape) { return transmits(shape); }, lobe.shape);
@@ -13,7 +15,8 @@ namespace {
 [[nodiscard]] Frame frame_of(const Lobe& lobe) noexcept {
   if (const auto* r = std::get_if<Reflection>(&lobe.shape); r && r->alpha.x != r->alpha.y) {
     const V3f t = r->tangent - lobe.n * r->tangent.dot(lobe.n);
-    if (const float length = t.length(); length > 1e-6f) return {t / length, lobe.n.cross(t / length), lobe.n};
+    if (const float length = t.length(); length > 1e-6f)
+      return {t / length, lobe.n.cross(t / length), lobe.n};
   }
   return Frame(lobe.n);
 }
@@ -27,14 +30,17 @@ namespace {
 }
 
 // f·|cos| of one lobe, flux convention, and its density. `other_side`: wi is beyond the geometric surface.
-[[nodiscard]] Color eval_lobe(const Bsdf& bsdf, const Lobe& lobe, const V3f& wo, const V3f& wi, bool other_side) noexcept {
+[[nodiscard]] Color eval_lobe(const Bsdf& bsdf, const Lobe& lobe, const V3f& wo, const V3f& wi,
+                              bool other_side) noexcept {
   if (is_transmitting(lobe) != other_side) return Color(0);
   Color f = lobe.weight;
   if (std::holds_alternative<Lambert>(lobe.shape)) {
     f *= std::max(0.0f, wi.dot(lobe.n)) / pi;
   } else {
     const Frame frame = frame_of(lobe);
-    f *= std::visit([o = frame.to_local(wo), i = frame.to_local(wi)](const auto& shape) { return eval_shape(shape, o, i); }, lobe.shape);
+    f *= std::visit([o = frame.to_local(wo),
+                     i = frame.to_local(wi)](const auto& shape) { return eval_shape(shape, o, i); },
+                    lobe.shape);
   }
   return lobe.under && bsdf.photon ? f * through_layers(bsdf, lobe, wi) : f;
 }
@@ -43,7 +49,9 @@ namespace {
   if (is_transmitting(lobe) != other_side) return 0;
   if (std::holds_alternative<Lambert>(lobe.shape)) return std::max(0.0f, wi.dot(lobe.n)) / pi;
   const Frame frame = frame_of(lobe);
-  return std::visit([o = frame.to_local(wo), i = frame.to_local(wi)](const auto& shape) { return pdf_shape(shape, o, i); }, lobe.shape);
+  return std::visit(
+      [o = frame.to_local(wo), i = frame.to_local(wi)](const auto& shape) { return pdf_shape(shape, o, i); },
+      lobe.shape);
 }
 
 [[nodiscard]] float eta_of(const Lobe& lobe) noexcept {
@@ -67,7 +75,8 @@ EventMask Bsdf::events() const noexcept {
 }
 
 bool Bsdf::is_exact() const noexcept {
-  return std::all_of(lobes.begin(), lobes.begin() + count, [](const Lobe& lobe) { return lobe.event == Event::S && lobe.delta; });
+  return std::all_of(lobes.begin(), lobes.begin() + count,
+                     [](const Lobe& lobe) { return lobe.event == Event::S && lobe.delta; });
 }
 
 Color eval(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept {
@@ -98,7 +107,9 @@ std::optional<BsdfSample> sample_lobe(const Bsdf& bsdf, int index, const V3f& wo
   const Lobe& lobe = bsdf.lobes[static_cast<std::size_t>(index)];
   const Frame frame = frame_of(lobe);
   ShapeSample s;
-  if (!std::visit([&, o = frame.to_local(wo)](const auto& shape) { return sample_shape(shape, o, u, s); }, lobe.shape)) return {};
+  if (!std::visit([&, o = frame.to_local(wo)](const auto& shape) { return sample_shape(shape, o, u, s); },
+                  lobe.shape))
+    return {};
   const V3f wi = frame.to_world(s.i);
   if ((wi.dot(bsdf.ng) < 0) != is_transmitting(lobe)) return {};  // the true surface hides it
   Color weight = lobe.weight * s.weight;
@@ -106,7 +117,8 @@ std::optional<BsdfSample> sample_lobe(const Bsdf& bsdf, int index, const V3f& wo
   return BsdfSample{wi, weight, s.pdf, lobe.event, index, lobe.delta, eta_of(lobe)};
 }
 
-std::optional<BsdfSample> sample(const Bsdf& bsdf, const V3f& wo, float u_lobe, const V2f& u, EventMask mask) noexcept {
+std::optional<BsdfSample> sample(const Bsdf& bsdf, const V3f& wo, float u_lobe, const V2f& u,
+                                 EventMask mask) noexcept {
   const float total = total_choice(bsdf, mask);
   if (!(total > 0)) return {};
   float left = u_lobe * total;
@@ -126,7 +138,8 @@ std::optional<BsdfSample> sample(const Bsdf& bsdf, const V3f& wo, float u_lobe, 
     s->pdf = probability;
     return s;
   }
-  // The light that leaves by this event is what the lobes of this event scatter, over the density with which they made wi.
+  // The light that leaves by this event is what the lobes of this event scatter, over the density with which
+  // they made wi.
   const bool other_side = s->wi.dot(bsdf.ng) < 0;
   Color f = s->weight * s->pdf;
   float same_event = s->pdf * probability, all = same_event;
@@ -159,22 +172,27 @@ float adjoint_factor(const Bsdf& bsdf, int index, const V3f& wo, const V3f& wi) 
 
 Color layer_transmission(const Layer& layer, const V3f& w) noexcept {
   const float mu = std::min(1.0f, std::abs(w.dot(layer.n)));
-  const Color reflected = std::visit([mu](const auto& shape) { return albedo_shape(shape, mu); }, layer.shape) * layer.weight;
+  const Color reflected =
+      std::visit([mu](const auto& shape) { return albedo_shape(shape, mu); }, layer.shape) * layer.weight;
   const float kept = std::max(0.0f, 1 - max_component(reflected));
   if (layer.tint == Color(1)) return Color(kept);
-  const float way = 1 / std::sqrt(std::max(1e-4f, 1 - (1 - mu * mu) / square(layer.eta)));  // Cycles: optical depth 1 / cos θ_t
+  // Cycles: optical depth 1 / cos θ_t
+  const float way = 1 / std::sqrt(std::max(1e-4f, 1 - (1 - mu * mu) / square(layer.eta)));
   const Color tint(std::pow(layer.tint.x, way), std::pow(layer.tint.y, way), std::pow(layer.tint.z, way));
   return (Color(1) + (tint - Color(1)) * max_component(layer.weight)) * kept;
 }
 
-void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const LobeShape& shape, const V3f& wo, std::uint8_t under) noexcept {
+void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const LobeShape& shape,
+              const V3f& wo, std::uint8_t under) noexcept {
   const float mu = std::clamp(wo.dot(n), 0.0f, 1.0f);
   Lobe lobe{event, false, under, 0, weight, weight, n, shape};
-  std::visit([&](const auto& s) {
-    lobe.delta = is_delta(s);
-    if (lobe.delta) lobe.event = Event::S;
-    lobe.albedo *= albedo_shape(s, mu);
-  }, shape);
+  std::visit(
+      [&](const auto& s) {
+        lobe.delta = is_delta(s);
+        if (lobe.delta) lobe.event = Event::S;
+        lobe.albedo *= albedo_shape(s, mu);
+      },
+      shape);
   for (int k = 0; under && bsdf.photon && k < max_layers; ++k)
     if (under & (1u << k)) lobe.albedo *= layer_transmission(bsdf.layers[static_cast<std::size_t>(k)], wo);
   lobe.choice = (lobe.albedo.x + lobe.albedo.y + lobe.albedo.z) / 3;

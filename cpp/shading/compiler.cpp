@@ -10,14 +10,17 @@ namespace {
 constexpr int largest_tree = 4096, deepest_tree = 256, most_instructions = 8192, most_closures = 128;
 constexpr int most_shader_visits = 4096;  // a shader that many mixes share is walked once per way to it
 
-[[nodiscard]] Register gray_of(const Instruction& i, const Evaluation& e) noexcept { return Register(luminance(operand(i, e, 0))); }
+[[nodiscard]] Register gray_of(const Instruction& i, const Evaluation& e) noexcept {
+  return Register(luminance(operand(i, e, 0)));
+}
 [[nodiscard]] Register mean_of(const Instruction& i, const Evaluation& e) noexcept {
   const Register& v = operand(i, e, 0);
   return Register((v.x + v.y + v.z) / 3);
 }
 
 template <class Entry>
-[[nodiscard]] auto find_builder(std::initializer_list<std::span<const Entry>> tables, std::string_view kind) -> decltype(Entry::second) {
+[[nodiscard]] auto find_builder(std::initializer_list<std::span<const Entry>> tables,
+                                std::string_view kind) -> decltype(Entry::second) {
   for (const auto& table : tables)
     for (const auto& [name, builder] : table)
       if (name == kind) return builder;
@@ -26,13 +29,15 @@ template <class Entry>
 
 [[nodiscard]] Builder find_value_builder(std::string_view kind) {
   using Entry = std::pair<std::string_view, Builder>;
-  return find_builder<Entry>({input_nodes(), geometry_nodes(), vector_nodes(), math_nodes(), color_nodes(), image_nodes(), procedural_nodes()}, kind);
+  return find_builder<Entry>({input_nodes(), geometry_nodes(), vector_nodes(), math_nodes(), color_nodes(),
+                              image_nodes(), procedural_nodes()},
+                             kind);
 }
 
 }  // namespace
 
-MaterialCompiler::MaterialCompiler(const MaterialDescription& description, std::span<const Image> images, float specular_threshold,
-                                   Warnings& warnings)
+MaterialCompiler::MaterialCompiler(const MaterialDescription& description, std::span<const Image> images,
+                                   float specular_threshold, Warnings& warnings)
     : description_(description), images_(images), warnings_(warnings) {
   program_.specular_threshold = specular_threshold;
 }
@@ -68,7 +73,8 @@ Value MaterialCompiler::emit(const Instruction& instruction, Value::Type type, b
   for (int k = 0; k < inputs; ++k) constant &= instruction.in[static_cast<std::size_t>(k)] < 0;
   if (constant) {
     const SurfacePoint nowhere;
-    const Register result = instruction.operation(instruction, Evaluation{program_, nowhere, nullptr, program_.specular_threshold});
+    const Register result = instruction.operation(
+        instruction, Evaluation{program_, nowhere, nullptr, program_.specular_threshold});
     return make_constant(result, type);
   }
   if (program_.instructions.size() >= most_instructions) {
@@ -88,7 +94,8 @@ Value MaterialCompiler::convert(const Value& value, Value::Type type) {
   return emit(instruction, type, false, 1);
 }
 
-Value MaterialCompiler::read_input(int node, std::string_view name, Value::Type type, const V3f& if_missing, int shift) {
+Value MaterialCompiler::read_input(int node, std::string_view name, Value::Type type, const V3f& if_missing,
+                                   int shift) {
   const InputDescription* input = find_input(node, name);
   if (!input) {
     warn_node(node, "input '" + std::string(name) + "' is missing; a default is used");
@@ -130,20 +137,27 @@ Value MaterialCompiler::build_output(int node, const std::string& output, int sh
 }
 
 void MaterialCompiler::build_shader(int node, const std::string& output, const Value& weight) {
-  if (node < 0 || node >= static_cast<int>(description_.nodes.size())) return;  // an unlinked shader socket is black
+  // an unlinked shader socket is black
+  if (node < 0 || node >= static_cast<int>(description_.nodes.size())) return;
   const std::string& kind = description_.nodes[static_cast<std::size_t>(node)].kind;
-  if (weight.operand < 0 && max_component(program_.constants[static_cast<std::size_t>(~weight.operand)]) <= 0) return;
-  if (depth_ >= deepest_tree || program_.closures.size() >= most_closures || ++shader_visits_ > most_shader_visits) {
+  if (weight.operand < 0 && max_component(program_.constants[static_cast<std::size_t>(~weight.operand)]) <= 0)
+    return;
+  if (depth_ >= deepest_tree || program_.closures.size() >= most_closures ||
+      ++shader_visits_ > most_shader_visits) {
     overflow_ = true;
     return;
   }
   using Entry = std::pair<std::string_view, ShaderBuilder>;
-  const auto shader = [](std::string_view name) { return find_builder<Entry>({shader_nodes(), principled_nodes()}, name); };
+  const auto shader = [](std::string_view name) {
+    return find_builder<Entry>({shader_nodes(), principled_nodes()}, name);
+  };
   ShaderBuilder builder = shader(kind);
   const bool is_value = !builder && find_value_builder(kind);
-  if (!builder && !is_value) warn_node(node, "nodes of type '" + kind + "' are not supported; a grey diffuse surface is used");
+  if (!builder && !is_value)
+    warn_node(node, "nodes of type '" + kind + "' are not supported; a grey diffuse surface is used");
   if (!builder) builder = shader(is_value ? "Emission from value" : "neutral");
-  if (!is_value && !open_.insert({node, 0}).second) return warn_node(node, "is part of a loop; it is left out");
+  if (!is_value && !open_.insert({node, 0}).second)
+    return warn_node(node, "is part of a loop; it is left out");
   ++depth_;
   ShaderReader reader(*this, node, output, weight);
   builder(reader);
@@ -177,7 +191,8 @@ void MaterialCompiler::allocate_registers() {
     if (last_use[out] < 0) continue;  // nothing reads it
     std::set<std::int16_t> dying;
     for (const std::int16_t operand : instruction.in)
-      if (operand >= 0 && last_use[static_cast<std::size_t>(operand)] == k) dying.insert(place[static_cast<std::size_t>(operand)]);
+      if (operand >= 0 && last_use[static_cast<std::size_t>(operand)] == k)
+        dying.insert(place[static_cast<std::size_t>(operand)]);
     for (std::int16_t& operand : instruction.in) move(operand);
     free.insert(free.end(), dying.begin(), dying.end());
     if (free.empty()) free.push_back(static_cast<std::int16_t>(used++));
@@ -196,11 +211,15 @@ void MaterialCompiler::allocate_registers() {
 
 Material MaterialCompiler::compile() {
   material_.name_ = description_.name;
-  if (description_.nodes.size() > largest_tree) overflow_ = true;
-  else build_shader(description_.surface, description_.surface_output, make_constant(V3f(1), Value::Type::Number));
+  if (description_.nodes.size() > largest_tree)
+    overflow_ = true;
+  else
+    build_shader(description_.surface, description_.surface_output,
+                 make_constant(V3f(1), Value::Type::Number));
   if (!overflow_) allocate_registers();
   if (overflow_) {
-    warn("the node tree is too large (at most " + std::to_string(largest_tree) + " nodes, " + std::to_string(deepest_tree) + " deep); a grey diffuse surface is used");
+    warn("the node tree is too large (at most " + std::to_string(largest_tree) + " nodes, " +
+         std::to_string(deepest_tree) + " deep); a grey diffuse surface is used");
     MaterialDescription plain = default_material();
     plain.name = description_.name;
     return MaterialCompiler(plain, {}, program_.specular_threshold, warnings_).compile();
@@ -211,7 +230,8 @@ Material MaterialCompiler::compile() {
   return std::move(material_);
 }
 
-Material compile_material(const MaterialDescription& description, std::span<const Image> images, float specular_threshold, Warnings& warnings) {
+Material compile_material(const MaterialDescription& description, std::span<const Image> images,
+                          float specular_threshold, Warnings& warnings) {
   return MaterialCompiler(description, images, specular_threshold, warnings).compile();
 }
 

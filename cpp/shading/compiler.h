@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From a MaterialDescription to a Program, on demand from the surface's shader backwards: what nothing reads is never compiled, and
-// what depends on constants only is folded. Each node kind has a builder in a nodes_*.cpp; here are the words builders use.
+// From a MaterialDescription to a Program, on demand from the surface's shader backwards: what nothing reads
+// is never compiled, and what depends on constants only is folded. Each node kind has a builder in a
+// nodes_*.cpp; here are the words builders use.
 #pragma once
 #include <functional>
 #include <initializer_list>
@@ -26,14 +27,15 @@ struct OperationOptions {
   int item = -1;
   int choice = 0;
   bool flag = false;
-  bool varies = false;  // depends on the point, not only on its operands: never folded
+  bool varies = false;          // depends on the point, not only on its operands: never folded
   bool sees_direction = false;  // on where one looks from
 };
 
 // A builder's view of its node.
 class NodeReader {
  public:
-  NodeReader(MaterialCompiler& compiler, int index, int shift) noexcept : compiler_(compiler), index_(index), shift_(shift) {}
+  NodeReader(MaterialCompiler& compiler, int index, int shift) noexcept
+      : compiler_(compiler), index_(index), shift_(shift) {}
 
   [[nodiscard]] const NodeDescription& node() const noexcept;
   [[nodiscard]] int shift() const noexcept { return shift_; }
@@ -43,7 +45,7 @@ class NodeReader {
   [[nodiscard]] Value number(std::string_view input, float if_missing = 0);
   [[nodiscard]] Value vector(std::string_view input, const V3f& if_missing = V3f(0));
   [[nodiscard]] Value color(std::string_view input, const Color& if_missing = Color(0.5f));
-  [[nodiscard]] bool is_given(std::string_view input) const noexcept;   // linked or with a value
+  [[nodiscard]] bool is_given(std::string_view input) const noexcept;  // linked or with a value
   [[nodiscard]] bool is_linked(std::string_view input) const noexcept;
   [[nodiscard]] bool output_is_read(std::string_view output) const noexcept;  // by any node
 
@@ -53,11 +55,14 @@ class NodeReader {
   // Index of the option's word in `words`; 0 with a warning if it is none of them.
   [[nodiscard]] int choose(std::string_view name, std::initializer_list<std::string_view> words);
 
-  [[nodiscard]] Value emit(Operation, Value::Type, std::initializer_list<Value> inputs, const OperationOptions& = {});
+  [[nodiscard]] Value emit(Operation, Value::Type, std::initializer_list<Value> inputs,
+                           const OperationOptions& = {});
   [[nodiscard]] Value constant(const V3f& value, Value::Type type = Value::Type::Rgb);
   [[nodiscard]] Value constant(float value) { return constant(V3f(value), Value::Type::Number); }
-  [[nodiscard]] Value texture_vector(std::string_view input, bool generated);  // "Vector", or the node's implicit coordinates
-  [[nodiscard]] Value environment_vector(std::string_view input);  // likewise: the position, in a world the direction
+  // "Vector", or the node's implicit coordinates
+  [[nodiscard]] Value texture_vector(std::string_view input, bool generated);
+  // likewise: the position, in a world the direction
+  [[nodiscard]] Value environment_vector(std::string_view input);
   [[nodiscard]] Value surface_tangent(std::string_view input);  // "Tangent", or Blender's default: around Z
   [[nodiscard]] std::optional<V3f> value_of(const Value& value) const noexcept;  // of constants
 
@@ -89,9 +94,11 @@ class ShaderReader : public NodeReader {
     bool transparent = false, emits = false, refracts = false, transmits = false, layered = false;
   };
   // `normal`: name of the input that holds it.
-  void add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits, std::string_view normal = {}, int choice = 0);
+  void add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits,
+           std::string_view normal = {}, int choice = 0);
   [[nodiscard]] EventMask glossy_events(const Value& roughness) const noexcept;
-  [[nodiscard]] EventMask refraction_events(const Value& roughness, const Value& ior) const noexcept;  // S too where nothing bends
+  // S too where nothing bends
+  [[nodiscard]] EventMask refraction_events(const Value& roughness, const Value& ior) const noexcept;
   [[nodiscard]] bool is_zero(const Value& value) const noexcept;  // a constant 0 (or less)
 
  private:
@@ -116,7 +123,8 @@ using ShaderBuilders = std::span<const std::pair<std::string_view, ShaderBuilder
 
 class MaterialCompiler {
  public:
-  MaterialCompiler(const MaterialDescription& description, std::span<const Image> images, float specular_threshold, Warnings& warnings);
+  MaterialCompiler(const MaterialDescription& description, std::span<const Image> images,
+                   float specular_threshold, Warnings& warnings);
   [[nodiscard]] Material compile();
 
  private:
@@ -126,7 +134,8 @@ class MaterialCompiler {
   [[nodiscard]] const InputDescription* find_input(int node, std::string_view name) const noexcept;
   [[nodiscard]] Value build_output(int node, const std::string& output, int shift);
   [[nodiscard]] Value convert(const Value& value, Value::Type type);
-  [[nodiscard]] Value read_input(int node, std::string_view name, Value::Type type, const V3f& if_missing, int shift);
+  [[nodiscard]] Value read_input(int node, std::string_view name, Value::Type type, const V3f& if_missing,
+                                 int shift);
   [[nodiscard]] Value make_constant(const V3f& value, Value::Type type);
   [[nodiscard]] Value emit(const Instruction& instruction, Value::Type type, bool varies, int inputs);
   void build_shader(int node, const std::string& output, const Value& weight);

@@ -10,8 +10,8 @@
 namespace sluice::energy {
 namespace {
 
-// Grids are even in sqrt(mu) (albedos turn fast at grazing), in roughness, and in (eta - 1) / (eta + 1), whose square is the
-// reflectance at normal incidence and whose sign turns with the side.
+// Grids are even in sqrt(mu) (albedos turn fast at grazing), in roughness, and in (eta - 1) / (eta + 1),
+// whose square is the reflectance at normal incidence and whose sign turns with the side.
 struct Position {
   int low;
   float f;  // between low and low + 1
@@ -29,7 +29,8 @@ struct Position {
   return {std::sqrt(1 - mu * mu), 0, mu};
 }
 [[nodiscard]] ggx::Alpha grid_alpha(int node, int nodes) noexcept {
-  const float alpha = std::max(ggx::smooth_alpha, square(static_cast<float>(node) / static_cast<float>(nodes - 1)));
+  const float alpha =
+      std::max(ggx::smooth_alpha, square(static_cast<float>(node) / static_cast<float>(nodes - 1)));
   return {alpha, alpha};
 }
 
@@ -51,13 +52,15 @@ struct Kernel {
     return sums;
   }
 
-  // Sinkhorn's iteration: a with a(o) (Σ w a(i) + besides(o)) = wanted(o). w is symmetric in its natural measure, so the root converges.
+  // Sinkhorn's iteration: a with a(o) (Σ w a(i) + besides(o)) = wanted(o). w is symmetric in its natural
+  // measure, so the root converges.
   [[nodiscard]] Row balance(const Row& besides, const Row& wanted) const noexcept {
     Row a;
     a.fill(1);
     for (int round = 0; round < 40; ++round) {
       const Row sums = applied_to(a);
-      for (std::size_t o = 0; o < size; ++o) a[o] = std::clamp(std::sqrt(a[o] * wanted[o] / std::max(sums[o] + besides[o], 1e-4f)), 0.05f, 20.0f);
+      for (std::size_t o = 0; o < size; ++o)
+        a[o] = std::clamp(std::sqrt(a[o] * wanted[o] / std::max(sums[o] + besides[o], 1e-4f)), 0.05f, 20.0f);
     }
     return a;
   }
@@ -86,7 +89,8 @@ struct ReflectingTable {
       for (std::uint32_t k = 0; k < reflecting_samples; ++k) {
         const V3f h = ggx::sample_visible(o, alpha, Sampler(7, k).pair(0)), i = ggx::reflect(o, h);
         if (!(i.z > 0)) continue;
-        const float w = ggx::shadowing_ratio(o, i, alpha) / reflecting_samples, c = std::clamp(o.dot(h), 0.0f, 1.0f);
+        const float w = ggx::shadowing_ratio(o, i, alpha) / reflecting_samples,
+                    c = std::clamp(o.dot(h), 0.0f, 1.0f);
         const float m5 = square(square(1 - c)) * (1 - c);
         sum = {sum.total + w, sum.schlick + w * m5, sum.edge + w * c * m5 * (1 - c)};
         kernel.add(m, locate(std::sqrt(i.z), mu_nodes), w);
@@ -109,10 +113,12 @@ struct ReflectingTable {
 
   template <class Read>
   [[nodiscard]] float read(float mu, float roughness, Read&& member) const noexcept {
-    const Position m = locate(std::sqrt(std::max(mu, 0.0f)), mu_nodes), r = locate(roughness, roughness_nodes);
+    const Position m = locate(std::sqrt(std::max(mu, 0.0f)), mu_nodes),
+                   r = locate(roughness, roughness_nodes);
     const auto& low = nodes[r.low];
     const auto& high = nodes[r.low + 1];
-    return lerp(lerp(member(low[m.low]), member(low[m.low + 1]), m.f), lerp(member(high[m.low]), member(high[m.low + 1]), m.f), r.f);
+    return lerp(lerp(member(low[m.low]), member(low[m.low + 1]), m.f),
+                lerp(member(high[m.low]), member(high[m.low + 1]), m.f), r.f);
   }
 };
 
@@ -139,14 +145,16 @@ struct DielectricTable {
     return (1 + tilt) / (1 - tilt);
   }
 
-  // Both sides of one interface at once. Seen from the thin side (eta > 1) reflection and transmission are raised alike, as far as no
-  // energy is lost. Reciprocity then says what is transmitted from the dense side; what is missing there is reflected.
+  // Both sides of one interface at once. Seen from the thin side (eta > 1) reflection and transmission are
+  // raised alike, as far as no energy is lost. Reciprocity then says what is transmitted from the dense side;
+  // what is missing there is reflected.
   void fill(int r, int e) {
     const int mirror = glass_eta_nodes - 1 - e;
     GlassKernel reflected_outside, transmitted_inwards, reflected_inside, transmitted_outwards;
     for (int m = 0; m < glass_mu_nodes; ++m) {
       nodes[r][e][m] = scatter(r, grid_eta(e), m, reflected_outside, transmitted_inwards);
-      if (e != mirror) nodes[r][mirror][m] = scatter(r, grid_eta(mirror), m, reflected_inside, transmitted_outwards);
+      if (e != mirror)
+        nodes[r][mirror][m] = scatter(r, grid_eta(mirror), m, reflected_inside, transmitted_outwards);
     }
     if (e == mirror) return;
     GlassKernel::Row all, nothing{}, rest;
@@ -161,7 +169,8 @@ struct DielectricTable {
     }
   }
 
-  [[nodiscard]] static Dielectric scatter(int r, float eta, int m, GlassKernel& reflected, GlassKernel& transmitted) {
+  [[nodiscard]] static Dielectric scatter(int r, float eta, int m, GlassKernel& reflected,
+                                          GlassKernel& transmitted) {
     const ggx::Alpha alpha = grid_alpha(r, glass_roughness_nodes);
     const V3f o = grid_direction(m, glass_mu_nodes);
     Dielectric sum{0, 0, 1, 1};
@@ -190,8 +199,8 @@ struct DielectricTable {
 }
 
 [[nodiscard]] Dielectric mix_of(const Dielectric& a, const Dielectric& b, float f) noexcept {
-  return {lerp(a.reflected, b.reflected, f), lerp(a.transmitted, b.transmitted, f), lerp(a.balance, b.balance, f),
-          lerp(a.transmitted_balance, b.transmitted_balance, f)};
+  return {lerp(a.reflected, b.reflected, f), lerp(a.transmitted, b.transmitted, f),
+          lerp(a.balance, b.balance, f), lerp(a.transmitted_balance, b.transmitted_balance, f)};
 }
 
 }  // namespace
@@ -217,13 +226,16 @@ float reflecting_balance(float mu, float roughness) noexcept {
 Dielectric dielectric(float mu, float roughness, float eta) noexcept {
   const auto& nodes = dielectric_table().nodes;
   const float tilt = (eta - 1) / (eta + 1);
-  const Position m = locate(std::sqrt(std::max(mu, 0.0f)), glass_mu_nodes), r = locate(roughness, glass_roughness_nodes);
+  const Position m = locate(std::sqrt(std::max(mu, 0.0f)), glass_mu_nodes),
+                 r = locate(roughness, glass_roughness_nodes);
   const Position e = locate(0.5f + 0.5f * tilt / largest_tilt, glass_eta_nodes);
   const auto along_mu = [&](int rough, int node) {
     const auto& row = nodes[rough][node];
     return mix_of(row[m.low], row[m.low + 1], m.f);
   };
-  const auto along_eta = [&](int rough) { return mix_of(along_mu(rough, e.low), along_mu(rough, e.low + 1), e.f); };
+  const auto along_eta = [&](int rough) {
+    return mix_of(along_mu(rough, e.low), along_mu(rough, e.low + 1), e.f);
+  };
   return mix_of(along_eta(r.low), along_eta(r.low + 1), r.f);
 }
 

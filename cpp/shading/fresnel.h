@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Fresnel reflectance of smooth (micro)surfaces: dielectrics, dielectrics with an artist's colour at normal incidence, metals.
-// c is the cosine between direction and (micro)normal, eta the index of the far side relative to the near one.
+// Fresnel reflectance of smooth (micro)surfaces: dielectrics, dielectrics with an artist's colour at normal
+// incidence, metals. c is the cosine between direction and (micro)normal, eta the index of the far side
+// relative to the near one.
 #pragma once
 #include <algorithm>
 
@@ -21,9 +22,11 @@ namespace sluice {
   return (1 + root) / (1 - root);
 }
 
-// Cosine-weighted mean of fresnel_dielectric; d'Eon's fit (Hitchhiker's Guide to Multiple Scattering), the one Cycles uses.
+// Cosine-weighted mean of fresnel_dielectric; d'Eon's fit (Hitchhiker's Guide to Multiple Scattering), the
+// one Cycles uses.
 [[nodiscard]] inline float fresnel_dielectric_mean(float eta) noexcept {
-  if (eta < 1) return std::clamp(0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f)), 0.0f, 1.0f);
+  if (eta < 1)
+    return std::clamp(0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f)), 0.0f, 1.0f);
   return (eta - 1) / (4.08567f + 1.00071f * eta);
 }
 
@@ -31,8 +34,10 @@ struct Fresnel {
   enum class Kind : std::uint8_t {
     None,        // f0 at every angle
     Dielectric,  // of index eta
-    Tinted,      // f0 at normal incidence, 1 at grazing, following the dielectric's curve between (Cycles' generalised Schlick)
-    Metal,       // Schlick with f0, pulled by b to a colour at 82° (Kutz et al. 2021, F82)
+    // f0 at normal incidence, 1 at grazing, following the dielectric's curve between (Cycles' generalised
+    // Schlick)
+    Tinted,
+    Metal,  // Schlick with f0, pulled by b to a colour at 82° (Kutz et al. 2021, F82)
   };
   Kind kind = Kind::None;
   float eta = 1;
@@ -81,7 +86,8 @@ struct Fresnel {
       const float s = fresnel_rise(fresnel_dielectric_mean(fresnel.eta), fresnel.eta);
       return fresnel.f0 * (1 - s) + Color(s);
     }
-    case Fresnel::Kind::Metal: return clamp01(fresnel.f0 * (20.0f / 21) + Color(1.0f / 21) - fresnel.b * (1.0f / 126));
+    case Fresnel::Kind::Metal:
+      return clamp01(fresnel.f0 * (20.0f / 21) + Color(1.0f / 21) - fresnel.b * (1.0f / 126));
   }
   return Color(1);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The GGX distribution of microfacets with the height-correlated Smith term, in the local frame (z = shading normal), anisotropic.
-// Directions point away from the surface. alpha = Blender roughness².
+// The GGX distribution of microfacets with the height-correlated Smith term, in the local frame (z = shading
+// normal), anisotropic. Directions point away from the surface. alpha = Blender roughness².
 #pragma once
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The shapes a lobe can have. Every overload set works in the lobe's frame: z = shading normal on the side of o, o = direction to
-// where the light goes (or, on a photon path, comes from), i = the other one, both away from the surface.
+// The shapes a lobe can have. Every overload set works in the lobe's frame: z = shading normal on the side of
+// o, o = direction to where the light goes (or, on a photon path, comes from), i = the other one, both away
+// from the surface.
 //   eval_shape    f·|cos θ_i| without the lobe's weight and without η² (flux convention)
 //   pdf_shape     solid-angle density of sample_shape
 //   sample_shape  i, with weight = eval / pdf; false: no such direction (counted in the albedo as a loss)
@@ -24,7 +25,7 @@ struct Burley {  // Disney's diffuse, of Blender 3's Principled
   float roughness;
 };
 struct DisneySheen {};  // Schlick's factor at the half vector, of Blender 3's Principled
-struct Velvet {  // Ashikhmin's, of Blender 3's Velvet node
+struct Velvet {         // Ashikhmin's, of Blender 3's Velvet node
   float sigma;
 };
 struct Sheen {  // Estevez & Kulla's, with Neubelt's visibility, for Blender 4's Principled and Sheen node
@@ -34,16 +35,18 @@ struct Reflection {
   ggx::Alpha alpha;  // below ggx::smooth_alpha: a mirror
   V3f tangent;       // world space; read when alpha.x != alpha.y
   Fresnel fresnel;
-  Color multiple{0};    // reflectance of light that meets more than one microfacet; 0: it is lost, as in Cycles' "GGX"
+  // reflectance of light that meets more than one microfacet; 0: it is lost, as in Cycles' "GGX"
+  Color multiple{0};
   bool balanced = false;  // the reflecting half of a rough glass that keeps its energy
 };
 struct Refraction {
-  float alpha, eta;  // eta: far side / near side
-  Fresnel fresnel;   // what this does not reflect is refracted
+  float alpha, eta;       // eta: far side / near side
+  Fresnel fresnel;        // what this does not reflect is refracted
   bool lossless = false;  // refracts all of it (the Refraction node)
   bool balanced = false;  // the refracting half of a rough glass that keeps its energy
 };
-using LobeShape = std::variant<Lambert, Translucent, OrenNayar, Burley, DisneySheen, Velvet, Sheen, Reflection, Refraction>;
+using LobeShape =
+    std::variant<Lambert, Translucent, OrenNayar, Burley, DisneySheen, Velvet, Sheen, Reflection, Refraction>;
 
 struct ShapeSample {
   V3f i;
@@ -63,8 +66,12 @@ struct ShapeSample {
 
 // Diffuse shapes are all sampled by the cosine.
 template <class Diffuse>
-[[nodiscard]] float pdf_shape(const Diffuse&, const V3f&, const V3f& i) noexcept { return std::max(0.0f, i.z) / pi; }
-[[nodiscard]] inline float pdf_shape(const Translucent&, const V3f&, const V3f& i) noexcept { return std::max(0.0f, -i.z) / pi; }
+[[nodiscard]] float pdf_shape(const Diffuse&, const V3f&, const V3f& i) noexcept {
+  return std::max(0.0f, i.z) / pi;
+}
+[[nodiscard]] inline float pdf_shape(const Translucent&, const V3f&, const V3f& i) noexcept {
+  return std::max(0.0f, -i.z) / pi;
+}
 [[nodiscard]] float pdf_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] float pdf_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
 
@@ -91,17 +98,25 @@ template <class Diffuse>
 [[nodiscard]] Color albedo_shape(const Refraction&, float mu) noexcept;
 
 template <class Diffuse>
-[[nodiscard]] bool is_delta(const Diffuse&) noexcept { return false; }
-[[nodiscard]] inline bool is_delta(const Reflection& r) noexcept { return std::max(r.alpha.x, r.alpha.y) < ggx::smooth_alpha; }
-[[nodiscard]] inline bool bends_nothing(float eta) noexcept { return std::abs(eta - 1) < 1e-3f; }  // one index on both sides
-[[nodiscard]] inline bool is_delta(const Refraction& r) noexcept { return r.alpha < ggx::smooth_alpha || bends_nothing(r.eta); }
+[[nodiscard]] bool is_delta(const Diffuse&) noexcept {
+  return false;
+}
+[[nodiscard]] inline bool is_delta(const Reflection& r) noexcept {
+  return std::max(r.alpha.x, r.alpha.y) < ggx::smooth_alpha;
+}
+// one index on both sides
+[[nodiscard]] inline bool bends_nothing(float eta) noexcept { return std::abs(eta - 1) < 1e-3f; }
+[[nodiscard]] inline bool is_delta(const Refraction& r) noexcept {
+  return r.alpha < ggx::smooth_alpha || bends_nothing(r.eta);
+}
 
 template <class Shape>
 [[nodiscard]] constexpr bool transmits(const Shape&) noexcept {
   return std::is_same_v<Shape, Translucent> || std::is_same_v<Shape, Refraction>;
 }
 
-// Reflectance for Reflection::multiple: Kulla & Conty's series of bounces between microfacets (2017, eq. 18 and appendix).
+// Reflectance for Reflection::multiple: Kulla & Conty's series of bounces between microfacets (2017, eq. 18
+// and appendix).
 [[nodiscard]] Color multiple_reflectance(const Fresnel&, ggx::Alpha) noexcept;
 
 }  // namespace sluice

@@ -17,7 +17,8 @@ Material& Material::operator=(Material&&) noexcept = default;
 bool Material::is_constant() const noexcept { return program_ && program_->is_folded; }
 
 void run(const Evaluation& e) noexcept {
-  for (const Instruction& instruction : e.program.instructions) e.registers[instruction.out] = instruction.operation(instruction, e);
+  for (const Instruction& instruction : e.program.instructions)
+    e.registers[instruction.out] = instruction.operation(instruction, e);
 }
 
 V3f closure_normal(const Closure& closure, const Evaluation& e) noexcept {
@@ -28,7 +29,8 @@ V3f closure_normal(const Closure& closure, const Evaluation& e) noexcept {
   if (!(length > 0) || !std::isfinite(length)) return p.ns;
   V3f n = given / length;
   if (n.dot(p.ng) < 0) n = -n;
-  // A normal whose mirror direction goes below the surface, or that is itself seen from below, is bent up to where it just does not.
+  // A normal whose mirror direction goes below the surface, or that is itself seen from below, is bent up to
+  // where it just does not.
   constexpr float least = 0.01f;
   V3f mirrored = n * (2 * n.dot(p.wo)) - p.wo;
   const float above = mirrored.dot(p.ng), wanted = std::min(least, 0.9f * p.wo.dot(p.ng));
@@ -117,10 +119,11 @@ Color eval_background(const Material& material, const V3f& direction, bool camer
   return out.emission;
 }
 
-// A program without instructions whose lobes depend on no direction but the side is shaded once, here. wo = n: a lobe that is black
-// there would be lost, so such programs stay as they are.
+// A program without instructions whose lobes depend on no direction but the side is shaded once, here. wo =
+// n: a lobe that is black there would be lost, so such programs stay as they are.
 void MaterialCompiler::fold() {
-  const auto bends = [](const Closure& closure) { return closure.normal != Closure::no_normal; };  // its normal, to the viewer
+  // its normal, to the viewer
+  const auto bends = [](const Closure& closure) { return closure.normal != Closure::no_normal; };
   material_.sees_direction_ = sees_direction_ || layered_ || std::ranges::any_of(program_.closures, bends);
   if (!program_.instructions.empty() || material_.sees_direction_) return;
   std::array<Bsdf, 2> folded;

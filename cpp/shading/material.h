@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A compiled material: a flat program over registers that turns a SurfacePoint into a Bsdf. Constant parts are folded at compile
-// time. Immutable, thread-safe; evaluation neither allocates nor throws.
+// A compiled material: a flat program over registers that turns a SurfacePoint into a Bsdf. Constant parts
+// are folded at compile time. Immutable, thread-safe; evaluation neither allocates nor throws.
 #pragma once
 #include <memory>
 #include <span>
@@ -18,7 +18,8 @@ namespace sluice {
 
 struct Program;
 
-// What the scene must fill: SurfacePoint::uv[i] is the map uv_maps[i], colors[i] the layer color_layers[i]; "" = the active one.
+// What the scene must fill: SurfacePoint::uv[i] is the map uv_maps[i], colors[i] the layer color_layers[i];
+// "" = the active one.
 struct MaterialNeeds {
   std::vector<std::string> uv_maps, color_layers;
   bool uv_gradients = false;  // normal map, bump, tangent
@@ -36,14 +37,17 @@ class Material {
   [[nodiscard]] bool is_opaque() const noexcept { return opaque_; }
   [[nodiscard]] bool emits() const noexcept { return emits_; }
   [[nodiscard]] bool emission_is_constant() const noexcept { return constant_emission_; }
-  [[nodiscard]] bool is_constant() const noexcept;  // the same lobes everywhere and from everywhere, on one side
+  // the same lobes everywhere and from everywhere, on one side
+  [[nodiscard]] bool is_constant() const noexcept;
   [[nodiscard]] bool refracts() const noexcept { return refracts_; }
   [[nodiscard]] bool transmits() const noexcept { return transmits_; }  // has lobes to the other side
-  [[nodiscard]] bool sees_direction() const noexcept { return sees_direction_; }  // else the same lobes from all directions, on one side
+  // else the same lobes from all directions, on one side
+  [[nodiscard]] bool sees_direction() const noexcept { return sees_direction_; }
   [[nodiscard]] EventMask lobe_events() const noexcept { return events_; }
   [[nodiscard]] bool has_lobes(EventMask mask) const noexcept { return (events_ & mask) != 0; }
   [[nodiscard]] const MaterialNeeds& needs() const noexcept { return needs_; }
-  // Mean radiance emitted over the unit square of UV and the unit cube of generated coordinates; exact when constant.
+  // Mean radiance emitted over the unit square of UV and the unit cube of generated coordinates; exact when
+  // constant.
   [[nodiscard]] const Color& average_emission() const noexcept { return average_emission_; }
 
  private:
@@ -58,13 +62,15 @@ class Material {
   MaterialNeeds needs_;
   Color average_emission_{0};
   EventMask events_ = 0;
-  bool opaque_ = true, emits_ = false, constant_emission_ = true, refracts_ = false, transmits_ = false, sees_direction_ = false;
+  bool opaque_ = true, emits_ = false, constant_emission_ = true, refracts_ = false, transmits_ = false,
+       sees_direction_ = false;
 };
 
-// Never throws for what a node tree says: unknown nodes, loops, missing images and sockets become warnings (item = material, text
-// names the node) and something neutral. `images` must outlive the material and stay where they are.
-[[nodiscard]] Material compile_material(const MaterialDescription& description, std::span<const Image> images, float specular_threshold,
-                                        Warnings& warnings);
+// Never throws for what a node tree says: unknown nodes, loops, missing images and sockets become warnings
+// (item = material, text names the node) and something neutral. `images` must outlive the material and stay
+// where they are.
+[[nodiscard]] Material compile_material(const MaterialDescription& description, std::span<const Image> images,
+                                        float specular_threshold, Warnings& warnings);
 
 // A plain grey diffuse material: what objects without material slots get (Blender's default surface, 0.8).
 [[nodiscard]] MaterialDescription default_material();

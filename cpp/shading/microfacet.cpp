@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// GGX reflection and refraction (Walter et al. 2007), sampled by visible normals (Heitz 2018), and their smooth limits.
+// GGX reflection and refraction (Walter et al. 2007), sampled by visible normals (Heitz 2018), and their
+// smooth limits.
 #include "shading/energy.h"
 #include "shading/lobes.h"
 
@@ -14,10 +15,12 @@ namespace {
   const Color f = eval_fresnel(s.fresnel, c);
   if (s.balanced) {
     const float eta = s.fresnel.eta;
-    return f * (g * energy::dielectric(o.z, roughness, eta).balance * energy::dielectric(i.z, roughness, eta).balance);
+    return f * (g * energy::dielectric(o.z, roughness, eta).balance *
+                energy::dielectric(i.z, roughness, eta).balance);
   }
   if (is_black(s.multiple)) return f * g;
-  const float more = energy::reflecting_balance(o.z, roughness) * energy::reflecting_balance(i.z, roughness) - 1;
+  const float more =
+      energy::reflecting_balance(o.z, roughness) * energy::reflecting_balance(i.z, roughness) - 1;
   return (f + s.multiple * more) * g;
 }
 
@@ -25,16 +28,19 @@ namespace {
   float g = ggx::shadowing_ratio(o, i, {s.alpha, s.alpha});
   if (s.balanced) {
     const float roughness = std::sqrt(s.alpha);
-    g *= energy::dielectric(o.z, roughness, s.eta).transmitted_balance * energy::dielectric(-i.z, roughness, 1 / s.eta).transmitted_balance;
+    g *= energy::dielectric(o.z, roughness, s.eta).transmitted_balance *
+         energy::dielectric(-i.z, roughness, 1 / s.eta).transmitted_balance;
   }
   return s.lossless ? Color(g) : (Color(1) - eval_fresnel(s.fresnel, c)) * g;
 }
 
-// Share of a balanced glass that is reflected. From the thin side both halves are raised alike; from the dense side the refracted half
-// is what the thin side's factor makes of it, about the mean of that factor.
-[[nodiscard]] float balanced_reflectance(const energy::Dielectric& d, float mu, float roughness, float eta) noexcept {
+// Share of a balanced glass that is reflected. From the thin side both halves are raised alike; from the
+// dense side the refracted half is what the thin side's factor makes of it, about the mean of that factor.
+[[nodiscard]] float balanced_reflectance(const energy::Dielectric& d, float mu, float roughness,
+                                         float eta) noexcept {
   if (eta >= 1) return d.reflected / std::max(d.reflected + d.transmitted, 0.05f);
-  return std::clamp(1 - d.transmitted * energy::dielectric(mu, roughness, 1 / eta).transmitted_balance, 0.0f, 1.0f);
+  return std::clamp(1 - d.transmitted * energy::dielectric(mu, roughness, 1 / eta).transmitted_balance, 0.0f,
+                    1.0f);
 }
 
 // Half vector of a refraction, on the side of o; false where i cannot come from it.
@@ -46,9 +52,11 @@ namespace {
   return o.dot(h) > 0 && i.dot(h) < 0;
 }
 
-[[nodiscard]] float refraction_density(const Refraction& s, const V3f& o, const V3f& i, const V3f& h) noexcept {
+[[nodiscard]] float refraction_density(const Refraction& s, const V3f& o, const V3f& i,
+                                       const V3f& h) noexcept {
   const float oh = o.dot(h), ih = i.dot(h), sum = oh + s.eta * ih;
-  return ggx::visible_density(o, h, {s.alpha, s.alpha}) * s.eta * s.eta * -ih / (sum * sum);  // Walter, eq. 17
+  // Walter, eq. 17
+  return ggx::visible_density(o, h, {s.alpha, s.alpha}) * s.eta * s.eta * -ih / (sum * sum);
 }
 
 }  // namespace
@@ -90,9 +98,12 @@ Color albedo_shape(const Reflection& s, float mu) noexcept {
   Color single = s.fresnel.f0 * e.total;
   if (s.fresnel.kind == Fresnel::Kind::Dielectric || s.fresnel.kind == Fresnel::Kind::Tinted) {
     const energy::Dielectric d = energy::dielectric(mu, roughness, s.fresnel.eta);
-    const float f0 = f0_of_ior(s.fresnel.eta), rise = std::clamp((d.reflected - f0 * e.total) / (1 - f0), 0.0f, e.total);
-    single = s.fresnel.kind == Fresnel::Kind::Tinted ? s.fresnel.f0 * (e.total - rise) + Color(rise) : Color(d.reflected);
-    if (s.balanced) return single * (balanced_reflectance(d, mu, roughness, s.fresnel.eta) / std::max(d.reflected, 1e-4f));
+    const float f0 = f0_of_ior(s.fresnel.eta),
+                rise = std::clamp((d.reflected - f0 * e.total) / (1 - f0), 0.0f, e.total);
+    single = s.fresnel.kind == Fresnel::Kind::Tinted ? s.fresnel.f0 * (e.total - rise) + Color(rise)
+                                                     : Color(d.reflected);
+    if (s.balanced)
+      return single * (balanced_reflectance(d, mu, roughness, s.fresnel.eta) / std::max(d.reflected, 1e-4f));
   } else if (s.fresnel.kind == Fresnel::Kind::Metal) {
     single = s.fresnel.f0 * (e.total - e.schlick) + Color(e.schlick) - s.fresnel.b * e.edge;
   }
@@ -120,8 +131,10 @@ float pdf_shape(const Refraction& s, const V3f& o, const V3f& i) noexcept {
 bool sample_shape(const Refraction& s, const V3f& o, const V2f& u, ShapeSample& out) noexcept {
   if (o.z <= 0) return false;
   if (is_delta(s)) {
-    if (bends_nothing(s.eta)) out.i = -o;
-    else if (!ggx::refract(o, V3f(0, 0, 1), s.eta, out.i)) return false;
+    if (bends_nothing(s.eta))
+      out.i = -o;
+    else if (!ggx::refract(o, V3f(0, 0, 1), s.eta, out.i))
+      return false;
     out.weight = s.lossless ? Color(1) : Color(1) - eval_fresnel(s.fresnel, o.z);
     out.pdf = 1;
     return true;

@@ -6,7 +6,9 @@
 
 namespace sluice {
 
-const NodeDescription& NodeReader::node() const noexcept { return compiler_.description_.nodes[static_cast<std::size_t>(index_)]; }
+const NodeDescription& NodeReader::node() const noexcept {
+  return compiler_.description_.nodes[static_cast<std::size_t>(index_)];
+}
 
 Value NodeReader::number(std::string_view input, float if_missing) {
   return compiler_.read_input(index_, input, Value::Type::Number, V3f(if_missing), shift_);
@@ -17,7 +19,9 @@ Value NodeReader::vector(std::string_view input, const V3f& if_missing) {
 Value NodeReader::color(std::string_view input, const Color& if_missing) {
   return compiler_.read_input(index_, input, Value::Type::Rgb, if_missing, shift_);
 }
-bool NodeReader::is_given(std::string_view input) const noexcept { return compiler_.find_input(index_, input) != nullptr; }
+bool NodeReader::is_given(std::string_view input) const noexcept {
+  return compiler_.find_input(index_, input) != nullptr;
+}
 bool NodeReader::is_linked(std::string_view input) const noexcept {
   const InputDescription* found = compiler_.find_input(index_, input);
   return found && found->node >= 0;
@@ -33,7 +37,9 @@ std::string NodeReader::option(std::string_view name, std::string_view if_missin
   const auto found = node().options.find(std::string(name));
   return found == node().options.end() ? std::string(if_missing) : found->second;
 }
-bool NodeReader::flag(std::string_view name, bool if_missing) const { return option(name, if_missing ? "1" : "0") == "1"; }
+bool NodeReader::flag(std::string_view name, bool if_missing) const {
+  return option(name, if_missing ? "1" : "0") == "1";
+}
 float NodeReader::option_number(std::string_view name, float if_missing) const {
   const std::string text = option(name, "");
   char* end = nullptr;
@@ -47,11 +53,13 @@ int NodeReader::choose(std::string_view name, std::initializer_list<std::string_
     if (candidate == word) return index;
     ++index;
   }
-  warn("'" + word + "' as " + std::string(name) + " is not supported; '" + std::string(*words.begin()) + "' is used");
+  warn("'" + word + "' as " + std::string(name) + " is not supported; '" + std::string(*words.begin()) +
+       "' is used");
   return 0;
 }
 
-Value NodeReader::emit(Operation operation, Value::Type type, std::initializer_list<Value> inputs, const OperationOptions& options) {
+Value NodeReader::emit(Operation operation, Value::Type type, std::initializer_list<Value> inputs,
+                       const OperationOptions& options) {
   Instruction instruction{.operation = operation};
   int k = 0;
   for (const Value& input : inputs) instruction.in[static_cast<std::size_t>(k++)] = input.operand;
@@ -62,7 +70,9 @@ Value NodeReader::emit(Operation operation, Value::Type type, std::initializer_l
   compiler_.sees_direction_ |= options.sees_direction;
   return compiler_.emit(instruction, type, options.varies, k);
 }
-Value NodeReader::constant(const V3f& value, Value::Type type) { return compiler_.make_constant(value, type); }
+Value NodeReader::constant(const V3f& value, Value::Type type) {
+  return compiler_.make_constant(value, type);
+}
 
 std::optional<V3f> NodeReader::value_of(const Value& value) const noexcept {
   if (value.operand >= 0) return {};
@@ -95,14 +105,17 @@ namespace {
 int NodeReader::uv_slot(const std::string& name) {
   bool full = false;
   const int slot = slot_of(compiler_.material_.needs_.uv_maps, name, max_uv_maps, full);
-  if (full) warn("more than " + std::to_string(max_uv_maps) + " UV maps in one material; '" + name + "' is left out");
+  if (full)
+    warn("more than " + std::to_string(max_uv_maps) + " UV maps in one material; '" + name + "' is left out");
   if (shift_) need_gradients();
   return slot;
 }
 int NodeReader::color_slot(const std::string& name) {
   bool full = false;
   const int slot = slot_of(compiler_.material_.needs_.color_layers, name, max_color_layers, full);
-  if (full) warn("more than " + std::to_string(max_color_layers) + " colour attributes in one material; '" + name + "' is left out");
+  if (full)
+    warn("more than " + std::to_string(max_color_layers) + " colour attributes in one material; '" + name +
+         "' is left out");
   return slot;
 }
 void NodeReader::need_gradients() noexcept { compiler_.material_.needs_.uv_gradients = true; }
@@ -112,19 +125,23 @@ const Image* NodeReader::image() {
   const bool known = index >= 0 && static_cast<std::size_t>(index) < compiler_.images_.size();
   const Image* found = known ? &compiler_.images_[static_cast<std::size_t>(index)] : nullptr;
   if (found && !found->empty()) return found;
-  warn("its image is missing" + (found && !found->name.empty() ? " ('" + found->name + "')" : std::string()) + "; magenta is drawn");
+  warn("its image is missing" + (found && !found->name.empty() ? " ('" + found->name + "')" : std::string()) +
+       "; magenta is drawn");
   return nullptr;
 }
 void NodeReader::warn(const std::string& message) { compiler_.warn_node(index_, message); }
 
-Value ShaderReader::own_output() { return compiler_.convert(compiler_.build_output(index_, output_, 0), Value::Type::Rgb); }
+Value ShaderReader::own_output() {
+  return compiler_.convert(compiler_.build_output(index_, output_, 0), Value::Type::Rgb);
+}
 
 void ShaderReader::child(std::string_view input, const Value& weight) {
   const InputDescription* found = compiler_.find_input(index_, input);
   if (found && found->node >= 0) compiler_.build_shader(found->node, found->output, weight);
 }
 
-void ShaderReader::add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits, std::string_view normal, int choice) {
+void ShaderReader::add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits,
+                       std::string_view normal, int choice) {
   Closure closure{.add = lobes};
   std::size_t k = 0;
   for (const Value& input : inputs) closure.in[k++] = input.operand;

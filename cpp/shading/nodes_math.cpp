@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Numbers: Math, Map Range, Clamp, Float Curve. Each operation is Blender's, with its "safe" answers outside the domain (0).
+// Numbers: Math, Map Range, Clamp, Float Curve. Each operation is Blender's, with its "safe" answers outside
+// the domain (0).
 #include "shading/compiler.h"
 #include "shading/tables.h"
 
@@ -9,13 +10,17 @@ namespace {
 using Type = Value::Type;
 
 [[nodiscard]] float safe_divide(float a, float b) noexcept { return b != 0 ? a / b : 0.0f; }
-[[nodiscard]] float safe_power(float a, float b) noexcept { return a < 0 && b != std::trunc(b) ? 0.0f : std::pow(a, b); }
+[[nodiscard]] float safe_power(float a, float b) noexcept {
+  return a < 0 && b != std::trunc(b) ? 0.0f : std::pow(a, b);
+}
 [[nodiscard]] float fraction(float a) noexcept { return a - std::floor(a); }
 [[nodiscard]] float wrap(float a, float high, float low) noexcept {
   const float range = high - low;
   return range != 0 ? a - range * std::floor((a - low) / range) : low;
 }
-[[nodiscard]] float pingpong(float a, float b) noexcept { return b != 0 ? std::abs(fraction((a - b) / (b * 2)) * b * 2 - b) : 0.0f; }
+[[nodiscard]] float pingpong(float a, float b) noexcept {
+  return b != 0 ? std::abs(fraction((a - b) / (b * 2)) * b * 2 - b) : 0.0f;
+}
 [[nodiscard]] float smooth_min(float a, float b, float k) noexcept {
   if (k == 0) return std::min(a, b);
   const float h = std::max(k - std::abs(a - b), 0.0f) / k;
@@ -33,7 +38,10 @@ constexpr MathWord math_words[] = {
     {"DIVIDE", [](float a, float b, float) noexcept -> float { return safe_divide(a, b); }},
     {"MULTIPLY_ADD", [](float a, float b, float c) noexcept -> float { return a * b + c; }},
     {"POWER", [](float a, float b, float) noexcept -> float { return safe_power(a, b); }},
-    {"LOGARITHM", [](float a, float b, float) noexcept -> float { return a > 0 && b > 0 ? safe_divide(std::log(a), std::log(b)) : 0.0f; }},
+    {"LOGARITHM",
+     [](float a, float b, float) noexcept -> float {
+       return a > 0 && b > 0 ? safe_divide(std::log(a), std::log(b)) : 0.0f;
+     }},
     {"SQRT", [](float a, float, float) noexcept -> float { return std::sqrt(std::max(a, 0.0f)); }},
     {"INVERSE_SQRT", [](float a, float, float) noexcept -> float { return a > 0 ? 1 / std::sqrt(a) : 0.0f; }},
     {"ABSOLUTE", [](float a, float, float) noexcept -> float { return std::abs(a); }},
@@ -42,8 +50,13 @@ constexpr MathWord math_words[] = {
     {"MAXIMUM", [](float a, float b, float) noexcept -> float { return std::max(a, b); }},
     {"LESS_THAN", [](float a, float b, float) noexcept -> float { return a < b ? 1.0f : 0.0f; }},
     {"GREATER_THAN", [](float a, float b, float) noexcept -> float { return a > b ? 1.0f : 0.0f; }},
-    {"SIGN", [](float a, float, float) noexcept -> float { return a > 0 ? 1.0f : a < 0 ? -1.0f : 0.0f; }},
-    {"COMPARE", [](float a, float b, float c) noexcept -> float { return a == b || std::abs(a - b) <= std::max(c, 1e-7f) ? 1.0f : 0.0f; }},
+    {"SIGN", [](float a, float, float) noexcept -> float { return a > 0   ? 1.0f
+                                                                  : a < 0 ? -1.0f
+                                                                          : 0.0f; }},
+    {"COMPARE",
+     [](float a, float b, float c) noexcept -> float {
+       return a == b || std::abs(a - b) <= std::max(c, 1e-7f) ? 1.0f : 0.0f;
+     }},
     {"SMOOTH_MIN", [](float a, float b, float c) noexcept -> float { return smooth_min(a, b, c); }},
     {"SMOOTH_MAX", [](float a, float b, float c) noexcept -> float { return -smooth_min(-a, -b, c); }},
     {"ROUND", [](float a, float, float) noexcept -> float { return std::floor(a + 0.5f); }},
@@ -52,15 +65,18 @@ constexpr MathWord math_words[] = {
     {"TRUNC", [](float a, float, float) noexcept -> float { return std::trunc(a); }},
     {"FRACT", [](float a, float, float) noexcept -> float { return fraction(a); }},
     {"MODULO", [](float a, float b, float) noexcept -> float { return b != 0 ? std::fmod(a, b) : 0.0f; }},
-    {"FLOORED_MODULO", [](float a, float b, float) noexcept -> float { return b != 0 ? a - std::floor(a / b) * b : 0.0f; }},
+    {"FLOORED_MODULO",
+     [](float a, float b, float) noexcept -> float { return b != 0 ? a - std::floor(a / b) * b : 0.0f; }},
     {"WRAP", [](float a, float b, float c) noexcept -> float { return wrap(a, b, c); }},
     {"SNAP", [](float a, float b, float) noexcept -> float { return std::floor(safe_divide(a, b)) * b; }},
     {"PINGPONG", [](float a, float b, float) noexcept -> float { return pingpong(a, b); }},
     {"SINE", [](float a, float, float) noexcept -> float { return std::sin(a); }},
     {"COSINE", [](float a, float, float) noexcept -> float { return std::cos(a); }},
     {"TANGENT", [](float a, float, float) noexcept -> float { return std::tan(a); }},
-    {"ARCSINE", [](float a, float, float) noexcept -> float { return std::asin(std::clamp(a, -1.0f, 1.0f)); }},
-    {"ARCCOSINE", [](float a, float, float) noexcept -> float { return std::acos(std::clamp(a, -1.0f, 1.0f)); }},
+    {"ARCSINE",
+     [](float a, float, float) noexcept -> float { return std::asin(std::clamp(a, -1.0f, 1.0f)); }},
+    {"ARCCOSINE",
+     [](float a, float, float) noexcept -> float { return std::acos(std::clamp(a, -1.0f, 1.0f)); }},
     {"ARCTANGENT", [](float a, float, float) noexcept -> float { return std::atan(a); }},
     {"ARCTAN2", [](float a, float b, float) noexcept -> float { return std::atan2(a, b); }},
     {"SINH", [](float a, float, float) noexcept -> float { return std::sinh(a); }},
@@ -88,11 +104,15 @@ Value math_node(NodeReader& n, std::string_view) {
     n.warn("operation '" + word + "' is not supported; its first input is passed on");
     return n.number("Value");
   }
-  const auto optional = [&](std::string_view name) { return n.is_given(name) ? n.number(name) : n.constant(0.0f); };
-  return n.emit(math, Type::Number, {n.number("Value"), optional("Value_001"), optional("Value_002")}, {.choice = choice, .flag = n.flag("use_clamp")});
+  const auto optional = [&](std::string_view name) {
+    return n.is_given(name) ? n.number(name) : n.constant(0.0f);
+  };
+  return n.emit(math, Type::Number, {n.number("Value"), optional("Value_001"), optional("Value_002")},
+                {.choice = choice, .flag = n.flag("use_clamp")});
 }
 
-// Map Range: value, from min, from max, to min, to max, steps. Choice: 0 linear, 1 stepped, 2 smooth, 3 smoother.
+// Map Range: value, from min, from max, to min, to max, steps. Choice: 0 linear, 1 stepped, 2 smooth, 3
+// smoother.
 [[nodiscard]] float map_range(int choice, float x, float a, float b, float c, float d, float steps) noexcept {
   if (choice >= 2) {  // smooth steps clamp by nature
     if (a == b) return 0;
@@ -107,14 +127,16 @@ Value math_node(NodeReader& n, std::string_view) {
 
 Register map_number(const Instruction& i, const Evaluation& e) noexcept {
   const float c = number(i, e, 3), d = number(i, e, 4);
-  const float x = finite(map_range(i.choice, number(i, e, 0), number(i, e, 1), number(i, e, 2), c, d, number(i, e, 5)));
+  const float x =
+      finite(map_range(i.choice, number(i, e, 0), number(i, e, 1), number(i, e, 2), c, d, number(i, e, 5)));
   return Register(i.flag ? std::clamp(x, std::min(c, d), std::max(c, d)) : x);
 }
 Register map_vector(const Instruction& i, const Evaluation& e) noexcept {
   Register out;
   for (int k = 0; k < 3; ++k) {
     const float c = operand(i, e, 3)[k], d = operand(i, e, 4)[k];
-    const float x = finite(map_range(i.choice, operand(i, e, 0)[k], operand(i, e, 1)[k], operand(i, e, 2)[k], c, d, operand(i, e, 5)[k]));
+    const float x = finite(map_range(i.choice, operand(i, e, 0)[k], operand(i, e, 1)[k], operand(i, e, 2)[k],
+                                     c, d, operand(i, e, 5)[k]));
     out[k] = i.flag ? std::clamp(x, std::min(c, d), std::max(c, d)) : x;
   }
   return out;
@@ -125,10 +147,16 @@ Value map_range_node(NodeReader& n, std::string_view) {
   const OperationOptions options{.choice = choice, .flag = n.flag("clamp") && choice < 2};
   if (n.option("data_type", "FLOAT") == "FLOAT_VECTOR") {
     const Value steps = choice == 1 ? n.vector("Steps", V3f(4)) : n.constant(V3f(4), Type::Vector);
-    return n.emit(map_vector, Type::Vector, {n.vector("Vector"), n.vector("From Min"), n.vector("From Max", V3f(1)), n.vector("To Min"), n.vector("To Max", V3f(1)), steps}, options);
+    return n.emit(map_vector, Type::Vector,
+                  {n.vector("Vector"), n.vector("From Min"), n.vector("From Max", V3f(1)), n.vector("To Min"),
+                   n.vector("To Max", V3f(1)), steps},
+                  options);
   }
   const Value steps = choice == 1 ? n.number("Steps", 4) : n.constant(4.0f);
-  return n.emit(map_number, Type::Number, {n.number("Value"), n.number("From Min"), n.number("From Max", 1), n.number("To Min"), n.number("To Max", 1), steps}, options);
+  return n.emit(map_number, Type::Number,
+                {n.number("Value"), n.number("From Min"), n.number("From Max", 1), n.number("To Min"),
+                 n.number("To Max", 1), steps},
+                options);
 }
 
 Register clamp(const Instruction& i, const Evaluation& e) noexcept {
@@ -137,7 +165,8 @@ Register clamp(const Instruction& i, const Evaluation& e) noexcept {
   return Register(std::min(std::max(number(i, e, 0), low), high));
 }
 Value clamp_node(NodeReader& n, std::string_view) {
-  return n.emit(clamp, Type::Number, {n.number("Value"), n.number("Min"), n.number("Max", 1)}, {.flag = n.choose("clamp_type", {"MINMAX", "RANGE"}) == 1});
+  return n.emit(clamp, Type::Number, {n.number("Value"), n.number("Min"), n.number("Max", 1)},
+                {.flag = n.choose("clamp_type", {"MINMAX", "RANGE"}) == 1});
 }
 
 Register float_curve(const Instruction& i, const Evaluation& e) noexcept {
@@ -152,7 +181,10 @@ Value float_curve_node(NodeReader& n, std::string_view) {
 }
 
 constexpr std::pair<std::string_view, Builder> table[] = {
-    {"Math", math_node}, {"MapRange", map_range_node}, {"Clamp", clamp_node}, {"FloatCurve", float_curve_node},
+    {"Math", math_node},
+    {"MapRange", map_range_node},
+    {"Clamp", clamp_node},
+    {"FloatCurve", float_curve_node},
 };
 
 }  // namespace

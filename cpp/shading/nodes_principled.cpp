@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Principled BSDF in its two shapes. Weights, Fresnel curves and layering follow Cycles (3.x: svm_closure.h before 4.0; 4.x: after),
-// since unedited pictures are compared with it; only sheen has a simpler lobe of its own, and light under surfaces is diffuse.
+// Principled BSDF in its two shapes. Weights, Fresnel curves and layering follow Cycles (3.x: svm_closure.h
+// before 4.0; 4.x: after), since unedited pictures are compared with it; only sheen has a simpler lobe of its
+// own, and light under surfaces is diffuse.
 #include "shading/compiler.h"
 #include "shading/energy.h"
 
@@ -10,9 +11,13 @@ namespace {
 using Type = Value::Type;
 
 [[nodiscard]] float unit(float x) noexcept { return std::clamp(x, 0.0f, 1.0f); }
-[[nodiscard]] Color positive(const Color& c) noexcept { return {std::max(0.0f, c.x), std::max(0.0f, c.y), std::max(0.0f, c.z)}; }
+[[nodiscard]] Color positive(const Color& c) noexcept {
+  return {std::max(0.0f, c.x), std::max(0.0f, c.y), std::max(0.0f, c.z)};
+}
 [[nodiscard]] Color mixed(const Color& a, const Color& b, float t) noexcept { return a * (1 - t) + b * t; }
-[[nodiscard]] ggx::Alpha isotropic(float roughness) noexcept { return {roughness * roughness, roughness * roughness}; }
+[[nodiscard]] ggx::Alpha isotropic(float roughness) noexcept {
+  return {roughness * roughness, roughness * roughness};
+}
 
 // What both shapes share while their lobes are added.
 struct Surface {
@@ -55,18 +60,40 @@ void stretch(Surface& s, float anisotropic, float rotation, const V3f& tangent) 
 namespace v1 {
 
 enum Input : int {
-  base_color, subsurface, subsurface_color, metallic, specular, specular_tint, roughness, anisotropic, rotation, sheen, sheen_tint,
-  clearcoat, clearcoat_roughness, ior, transmission, transmission_roughness, emission, strength, alpha, tangent, has_coat_normal, coat_normal_input
+  base_color,
+  subsurface,
+  subsurface_color,
+  metallic,
+  specular,
+  specular_tint,
+  roughness,
+  anisotropic,
+  rotation,
+  sheen,
+  sheen_tint,
+  clearcoat,
+  clearcoat_roughness,
+  ior,
+  transmission,
+  transmission_roughness,
+  emission,
+  strength,
+  alpha,
+  tangent,
+  has_coat_normal,
+  coat_normal_input
 };
 
 void add_diffuse(const Surface& s, const Color& weight, const Color& base) noexcept {
-  const Color under = mixed(base, s.color(subsurface_color), unit(s.number(subsurface)));  // scattering below the surface: diffuse here
+  // scattering below the surface: diffuse here
+  const Color under = mixed(base, s.color(subsurface_color), unit(s.number(subsurface)));
   add_lobe(s.out, Event::D, weight * under, s.n, Burley{s.roughness}, s.e.point.wo);
   const float amount = std::max(0.0f, s.number(sheen));
   if (!(amount > 0)) return;
   const float gray = luminance(base);
   const Color hue = gray > 0 ? base / gray : Color(1);
-  add_lobe(s.out, Event::D, weight * mixed(Color(1), hue, s.number(sheen_tint)) * amount, s.n, DisneySheen{}, s.e.point.wo);
+  add_lobe(s.out, Event::D, weight * mixed(Color(1), hue, s.number(sheen_tint)) * amount, s.n, DisneySheen{},
+           s.e.point.wo);
 }
 
 void add_specular(const Surface& s, const Color& weight, const Color& base, float metal) noexcept {
@@ -84,47 +111,83 @@ void add_glass(const Surface& s, const Color& weight, const Color& base) noexcep
   const Fresnel fresnel{.kind = Fresnel::Kind::Dielectric, .eta = eta};
   const bool rough = s.roughness * s.roughness >= ggx::smooth_alpha, balanced = s.keeps_energy && rough;
   const Color tint = mixed(Color(1), base, unit(s.number(specular_tint)));
-  add_lobe(s.out, glossy_event(s.roughness, s.e), weight * tint, s.n, Reflection{.alpha = isotropic(s.roughness), .tangent = V3f(0), .fresnel = fresnel, .balanced = balanced},
+  add_lobe(s.out, glossy_event(s.roughness, s.e), weight * tint, s.n,
+           Reflection{
+               .alpha = isotropic(s.roughness), .tangent = V3f(0), .fresnel = fresnel, .balanced = balanced},
            s.e.point.wo);
-  const float blurred = s.keeps_energy ? s.roughness : 1 - (1 - s.roughness) * (1 - unit(s.number(transmission_roughness)));
-  add_lobe(s.out, glossy_event(blurred, s.e), weight * base, s.n, Refraction{.alpha = blurred * blurred, .eta = eta, .fresnel = fresnel, .balanced = balanced}, s.e.point.wo);
+  const float blurred =
+      s.keeps_energy ? s.roughness : 1 - (1 - s.roughness) * (1 - unit(s.number(transmission_roughness)));
+  add_lobe(s.out, glossy_event(blurred, s.e), weight * base, s.n,
+           Refraction{.alpha = blurred * blurred, .eta = eta, .fresnel = fresnel, .balanced = balanced},
+           s.e.point.wo);
 }
 
 void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsdf& out) noexcept {
   Surface s{c, e, out, closure_normal(c, e), unit(number(c, e, roughness)), {}, {}, c.choice != 0};
   stretch(s, s.number(anisotropic), s.number(rotation), operand(c, e, tangent));
-  const float cover = unit(s.number(alpha)), metal = unit(s.number(metallic)), through = unit(s.number(transmission)) * (1 - metal);
+  const float cover = unit(s.number(alpha)), metal = unit(s.number(metallic)),
+              through = unit(s.number(transmission)) * (1 - metal);
   const Color weight = closure_weight * cover, base = s.color(base_color);
   out.transparency += closure_weight * (1 - cover);
   out.emission += weight * s.color(emission) * std::max(0.0f, s.number(strength));
-  if (const float share = (1 - metal) * (1 - unit(s.number(transmission))); share > 0) add_diffuse(s, weight * share, base);
+  if (const float share = (1 - metal) * (1 - unit(s.number(transmission))); share > 0)
+    add_diffuse(s, weight * share, base);
   if (through < 1) add_specular(s, weight * (1 - through), base, metal);
   if (through > 0) add_glass(s, weight * through, base);
   if (const float coat = std::max(0.0f, s.number(clearcoat)); coat > 0) {
     const float rough = unit(s.number(clearcoat_roughness));
-    const Reflection shape{.alpha = isotropic(rough), .tangent = V3f(0), .fresnel = {.kind = Fresnel::Kind::Dielectric, .eta = 1.5f}};
-    add_lobe(out, glossy_event(rough, e), weight * (0.25f * coat), coat_normal(s, has_coat_normal), shape, e.point.wo);
+    const Reflection shape{.alpha = isotropic(rough),
+                           .tangent = V3f(0),
+                           .fresnel = {.kind = Fresnel::Kind::Dielectric, .eta = 1.5f}};
+    add_lobe(out, glossy_event(rough, e), weight * (0.25f * coat), coat_normal(s, has_coat_normal), shape,
+             e.point.wo);
   }
 }
 
 void node(ShaderReader& n) {
-  const Value metal = n.number("Metallic"), glass = n.number("Transmission"), rough = n.number("Roughness", 0.5f), coat = n.number("Clearcoat");
-  const Value coat_rough = n.number("Clearcoat Roughness"), light = n.color("Emission", Color(0)), power = n.number("Emission Strength", 1), cover = n.number("Alpha", 1);
-  const Value stretched = n.number("Anisotropic"), blur = n.number("Transmission Roughness"), level = n.number("Specular", 0.5f), index = n.number("IOR", 1.45f);
+  const Value metal = n.number("Metallic"), glass = n.number("Transmission"),
+              rough = n.number("Roughness", 0.5f), coat = n.number("Clearcoat");
+  const Value coat_rough = n.number("Clearcoat Roughness"), light = n.color("Emission", Color(0)),
+              power = n.number("Emission Strength", 1), cover = n.number("Alpha", 1);
+  const Value stretched = n.number("Anisotropic"), blur = n.number("Transmission Roughness"),
+              level = n.number("Specular", 0.5f), index = n.number("IOR", 1.45f);
   const bool own_normal = n.is_linked("Clearcoat Normal");
   const auto is_one = [&](const Value& v) { return n.value_of(v) && n.value_of(v)->x >= 1; };
   EventMask events = 0;
   if (!is_one(metal) && !is_one(glass)) events |= mask_of(Event::D);
   if (!(n.is_zero(level) && n.is_zero(metal) && n.is_zero(glass))) events |= n.glossy_events(rough);
-  if (!n.is_zero(glass)) events |= n.is_zero(blur) ? n.refraction_events(rough, index) : mask_of(Event::S) | mask_of(Event::G);
+  if (!n.is_zero(glass))
+    events |= n.is_zero(blur) ? n.refraction_events(rough, index) : mask_of(Event::S) | mask_of(Event::G);
   if (!n.is_zero(coat)) events |= n.glossy_events(coat_rough);
   if (n.is_zero(cover)) events = 0;
   n.add(add,
-        {n.color("Base Color", Color(0.8f)), n.number("Subsurface"), n.color("Subsurface Color", Color(0.8f)), metal, level, n.number("Specular Tint"), rough, stretched,
-         n.number("Anisotropic Rotation"), n.number("Sheen"), n.number("Sheen Tint", 0.5f), coat, coat_rough, index, glass, blur, light, power, cover,
-         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"), n.constant(own_normal ? 1.0f : 0.0f), own_normal ? n.vector("Clearcoat Normal") : n.constant(0.0f)},
-        {.events = events, .transparent = !is_one(cover), .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover), .refracts = !n.is_zero(glass) && !is_one(metal)}, "Normal",
-        n.option("distribution", "GGX") == "MULTI_GGX");
+        {n.color("Base Color", Color(0.8f)),
+         n.number("Subsurface"),
+         n.color("Subsurface Color", Color(0.8f)),
+         metal,
+         level,
+         n.number("Specular Tint"),
+         rough,
+         stretched,
+         n.number("Anisotropic Rotation"),
+         n.number("Sheen"),
+         n.number("Sheen Tint", 0.5f),
+         coat,
+         coat_rough,
+         index,
+         glass,
+         blur,
+         light,
+         power,
+         cover,
+         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"),
+         n.constant(own_normal ? 1.0f : 0.0f),
+         own_normal ? n.vector("Clearcoat Normal") : n.constant(0.0f)},
+        {.events = events,
+         .transparent = !is_one(cover),
+         .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover),
+         .refracts = !n.is_zero(glass) && !is_one(metal)},
+        "Normal", n.option("distribution", "GGX") == "MULTI_GGX");
 }
 
 }  // namespace v1
@@ -132,12 +195,36 @@ void node(ShaderReader& n) {
 namespace v2 {
 
 enum Input : int {
-  base_color, metallic, roughness, ior, alpha, subsurface, level, specular_tint, anisotropic, rotation, transmission, coat, coat_roughness, coat_ior, coat_tint, sheen,
-  sheen_roughness, sheen_tint, emission, strength, tangent, has_coat_normal, coat_normal_input, diffuse_roughness
+  base_color,
+  metallic,
+  roughness,
+  ior,
+  alpha,
+  subsurface,
+  level,
+  specular_tint,
+  anisotropic,
+  rotation,
+  transmission,
+  coat,
+  coat_roughness,
+  coat_ior,
+  coat_tint,
+  sheen,
+  sheen_roughness,
+  sheen_tint,
+  emission,
+  strength,
+  tangent,
+  has_coat_normal,
+  coat_normal_input,
+  diffuse_roughness
 };
 
-// Puts a coating over what is added from now on: on view paths its loss goes into `weight`, on light paths the lobes remember it.
-void cover_with(Bsdf& out, const Layer& layer, int index, const V3f& wo, Color& weight, std::uint8_t& under) noexcept {
+// Puts a coating over what is added from now on: on view paths its loss goes into `weight`, on light paths
+// the lobes remember it.
+void cover_with(Bsdf& out, const Layer& layer, int index, const V3f& wo, Color& weight,
+                std::uint8_t& under) noexcept {
   if (!out.photon) {
     weight *= layer_transmission(layer, wo);
     return;
@@ -157,7 +244,9 @@ void add_coats(const Surface& s, Color& weight, std::uint8_t& under) noexcept {
   if (const float amount = unit(s.number(coat)); amount > 0) {
     const float rough = unit(s.number(coat_roughness)), eta = std::max(1.0f, s.number(coat_ior));
     const V3f n = coat_normal(s, has_coat_normal);
-    const Reflection shape{.alpha = isotropic(rough), .tangent = V3f(0), .fresnel = {.kind = Fresnel::Kind::Dielectric, .eta = eta}};
+    const Reflection shape{.alpha = isotropic(rough),
+                           .tangent = V3f(0),
+                           .fresnel = {.kind = Fresnel::Kind::Dielectric, .eta = eta}};
     add_lobe(s.out, glossy_event(rough, s.e), weight * amount, n, shape, wo, under);
     cover_with(s.out, {shape, n, Color(amount), clamp01(s.color(coat_tint)), eta}, 1, wo, weight, under);
   }
@@ -165,12 +254,19 @@ void add_coats(const Surface& s, Color& weight, std::uint8_t& under) noexcept {
 
 void add_glass(const Surface& s, const Color& weight, const Color& base, std::uint8_t under) noexcept {
   const float index = std::max(1e-5f, s.number(ior)), eta = s.e.point.front ? index : 1 / index;
-  const Fresnel fresnel{.kind = Fresnel::Kind::Tinted, .eta = eta, .f0 = clamp01(s.color(specular_tint) * f0_of_ior(eta))};
+  const Fresnel fresnel{
+      .kind = Fresnel::Kind::Tinted, .eta = eta, .f0 = clamp01(s.color(specular_tint) * f0_of_ior(eta))};
   const bool balanced = s.keeps_energy && s.roughness * s.roughness >= ggx::smooth_alpha;
   const Color tint(std::sqrt(base.x), std::sqrt(base.y), std::sqrt(base.z));
   const Event event = glossy_event(s.roughness, s.e);
-  add_lobe(s.out, event, weight, s.n, Reflection{.alpha = isotropic(s.roughness), .tangent = V3f(0), .fresnel = fresnel, .balanced = balanced}, s.e.point.wo, under);
-  add_lobe(s.out, event, weight * tint, s.n, Refraction{.alpha = s.roughness * s.roughness, .eta = eta, .fresnel = fresnel, .balanced = balanced}, s.e.point.wo, under);
+  add_lobe(s.out, event, weight, s.n,
+           Reflection{
+               .alpha = isotropic(s.roughness), .tangent = V3f(0), .fresnel = fresnel, .balanced = balanced},
+           s.e.point.wo, under);
+  add_lobe(
+      s.out, event, weight * tint, s.n,
+      Refraction{.alpha = s.roughness * s.roughness, .eta = eta, .fresnel = fresnel, .balanced = balanced},
+      s.e.point.wo, under);
 }
 
 void add_plastic(const Surface& s, Color weight, const Color& base, std::uint8_t under) noexcept {
@@ -181,20 +277,23 @@ void add_plastic(const Surface& s, Color weight, const Color& base, std::uint8_t
     eta = eta < 1 ? 1 / ior_of_f0(f0) : ior_of_f0(f0);
   }
   if (eta != 1) {
-    const Fresnel fresnel{.kind = Fresnel::Kind::Tinted, .eta = eta, .f0 = clamp01(s.color(specular_tint) * f0)};
+    const Fresnel fresnel{
+        .kind = Fresnel::Kind::Tinted, .eta = eta, .f0 = clamp01(s.color(specular_tint) * f0)};
     s.reflect(weight, fresnel, under);
     Reflection shape{.alpha = s.alpha, .tangent = s.tangent, .fresnel = fresnel};
     if (s.keeps_energy && !is_delta(shape)) shape.multiple = multiple_reflectance(fresnel, s.alpha);
     cover_with(s.out, {shape, s.n, Color(1), Color(1), 1}, 2, s.e.point.wo, weight, under);
   }
   const float rough = unit(s.number(diffuse_roughness));
-  add_lobe(s.out, Event::D, weight * base, s.n, rough > 0 ? LobeShape(OrenNayar{rough}) : LobeShape(Lambert{}), s.e.point.wo, under);
+  add_lobe(s.out, Event::D, weight * base, s.n,
+           rough > 0 ? LobeShape(OrenNayar{rough}) : LobeShape(Lambert{}), s.e.point.wo, under);
 }
 
 void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsdf& out) noexcept {
   Surface s{c, e, out, closure_normal(c, e), unit(number(c, e, roughness)), {}, {}, c.choice != 0};
   stretch(s, s.number(anisotropic), s.number(rotation), operand(c, e, tangent));
-  const float opaque = unit(s.number(alpha)), metal = unit(s.number(metallic)), through = unit(s.number(transmission));
+  const float opaque = unit(s.number(alpha)), metal = unit(s.number(metallic)),
+              through = unit(s.number(transmission));
   Color weight = closure_weight * opaque;
   const Color base = s.color(base_color);
   out.transparency += closure_weight * (1 - opaque);
@@ -204,7 +303,8 @@ void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsd
   for (int k = 0; out.photon && k < max_layers; ++k)
     if (under & (1u << k)) emitted *= layer_transmission(out.layers[static_cast<std::size_t>(k)], e.point.wo);
   out.emission += emitted * s.color(emission) * std::max(0.0f, s.number(strength));
-  if (metal > 0) s.reflect(weight * metal, metal_fresnel(clamp01(base), clamp01(s.color(specular_tint))), under);
+  if (metal > 0)
+    s.reflect(weight * metal, metal_fresnel(clamp01(base), clamp01(s.color(specular_tint))), under);
   weight *= 1 - metal;
   if (through > 0 && metal < 1) add_glass(s, weight * through, base, under);
   weight *= 1 - through;
@@ -212,8 +312,11 @@ void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsd
 }
 
 void node(ShaderReader& n) {
-  const Value metal = n.number("Metallic"), glass = n.number("Transmission Weight"), rough = n.number("Roughness", 0.5f), over = n.number("Coat Weight"), cover = n.number("Alpha", 1);
-  const Value coat_rough = n.number("Coat Roughness", 0.03f), light = n.color("Emission Color", Color(1)), power = n.number("Emission Strength"), stretched = n.number("Anisotropic");
+  const Value metal = n.number("Metallic"), glass = n.number("Transmission Weight"),
+              rough = n.number("Roughness", 0.5f), over = n.number("Coat Weight"),
+              cover = n.number("Alpha", 1);
+  const Value coat_rough = n.number("Coat Roughness", 0.03f), light = n.color("Emission Color", Color(1)),
+              power = n.number("Emission Strength"), stretched = n.number("Anisotropic");
   const Value grain = n.is_given("Diffuse Roughness") ? n.number("Diffuse Roughness") : n.constant(0.0f);
   const Value index = n.number("IOR", 1.5f);
   const bool own_normal = n.is_linked("Coat Normal");
@@ -224,17 +327,42 @@ void node(ShaderReader& n) {
   if (!n.is_zero(over)) events |= n.glossy_events(coat_rough);
   if (n.is_zero(cover)) events = 0;
   n.add(add,
-        {n.color("Base Color", Color(0.8f)), metal, rough, index, cover, n.number("Subsurface Weight"), n.number("Specular IOR Level", 0.5f),
-         n.color("Specular Tint", Color(1)), stretched, n.number("Anisotropic Rotation"), glass, over, coat_rough, n.number("Coat IOR", 1.5f), n.color("Coat Tint", Color(1)),
-         n.number("Sheen Weight"), n.number("Sheen Roughness", 0.5f), n.color("Sheen Tint", Color(1)), light, power,
-         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"), n.constant(own_normal ? 1.0f : 0.0f), own_normal ? n.vector("Coat Normal") : n.constant(0.0f), grain},
-        {.events = events, .transparent = !is_one(cover), .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover), .refracts = !n.is_zero(glass) && !is_one(metal), .layered = true},
+        {n.color("Base Color", Color(0.8f)),
+         metal,
+         rough,
+         index,
+         cover,
+         n.number("Subsurface Weight"),
+         n.number("Specular IOR Level", 0.5f),
+         n.color("Specular Tint", Color(1)),
+         stretched,
+         n.number("Anisotropic Rotation"),
+         glass,
+         over,
+         coat_rough,
+         n.number("Coat IOR", 1.5f),
+         n.color("Coat Tint", Color(1)),
+         n.number("Sheen Weight"),
+         n.number("Sheen Roughness", 0.5f),
+         n.color("Sheen Tint", Color(1)),
+         light,
+         power,
+         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"),
+         n.constant(own_normal ? 1.0f : 0.0f),
+         own_normal ? n.vector("Coat Normal") : n.constant(0.0f),
+         grain},
+        {.events = events,
+         .transparent = !is_one(cover),
+         .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover),
+         .refracts = !n.is_zero(glass) && !is_one(metal),
+         .layered = true},
         "Normal", n.option("distribution", "MULTI_GGX") == "MULTI_GGX");
 }
 
 }  // namespace v2
 
-constexpr std::pair<std::string_view, ShaderBuilder> table[] = {{"BsdfPrincipled", v2::node}, {"BsdfPrincipledV1", v1::node}};
+constexpr std::pair<std::string_view, ShaderBuilder> table[] = {{"BsdfPrincipled", v2::node},
+                                                                {"BsdfPrincipledV1", v1::node}};
 
 }  // namespace
 

@@ -9,13 +9,20 @@ namespace {
 
 // Bob Jenkins' lookup3, final mix.
 [[nodiscard]] std::uint32_t finish(std::uint32_t a, std::uint32_t b, std::uint32_t c) noexcept {
-  c ^= b; c -= std::rotl(b, 14);
-  a ^= c; a -= std::rotl(c, 11);
-  b ^= a; b -= std::rotl(a, 25);
-  c ^= b; c -= std::rotl(b, 16);
-  a ^= c; a -= std::rotl(c, 4);
-  b ^= a; b -= std::rotl(a, 14);
-  c ^= b; c -= std::rotl(b, 24);
+  c ^= b;
+  c -= std::rotl(b, 14);
+  a ^= c;
+  a -= std::rotl(c, 11);
+  b ^= a;
+  b -= std::rotl(a, 25);
+  c ^= b;
+  c -= std::rotl(b, 16);
+  a ^= c;
+  a -= std::rotl(c, 4);
+  b ^= a;
+  b -= std::rotl(a, 14);
+  c ^= b;
+  c -= std::rotl(b, 24);
   return c;
 }
 
@@ -44,12 +51,17 @@ float signed_perlin(const V3f& p) noexcept {
   if (!is_finite(p) || max_component(p) > 1e9f || std::min({p.x, p.y, p.z}) < -1e9f) return 0;
   const V3f cell(std::floor(p.x), std::floor(p.y), std::floor(p.z)), f = p - cell;
   const auto corner = [&](int i, int j, int k) {
-    const auto at = [](float c, int d) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(c) + d); };
-    return gradient(hash(at(cell.x, i), at(cell.y, j), at(cell.z, k)), f.x - static_cast<float>(i), f.y - static_cast<float>(j), f.z - static_cast<float>(k));
+    const auto at = [](float c, int d) {
+      return static_cast<std::uint32_t>(static_cast<std::int32_t>(c) + d);
+    };
+    return gradient(hash(at(cell.x, i), at(cell.y, j), at(cell.z, k)), f.x - static_cast<float>(i),
+                    f.y - static_cast<float>(j), f.z - static_cast<float>(k));
   };
   const float u = fade(f.x), v = fade(f.y), w = fade(f.z);
-  const float low = mix(mix(corner(0, 0, 0), corner(1, 0, 0), u), mix(corner(0, 1, 0), corner(1, 1, 0), u), v);
-  const float high = mix(mix(corner(0, 0, 1), corner(1, 0, 1), u), mix(corner(0, 1, 1), corner(1, 1, 1), u), v);
+  const float low =
+      mix(mix(corner(0, 0, 0), corner(1, 0, 0), u), mix(corner(0, 1, 0), corner(1, 1, 0), u), v);
+  const float high =
+      mix(mix(corner(0, 0, 1), corner(1, 0, 1), u), mix(corner(0, 1, 1), corner(1, 1, 1), u), v);
   return 0.9820f * mix(low, high, w);
 }
 
@@ -71,7 +83,9 @@ float fractal(V3f p, float detail, float roughness, float lacunarity) noexcept {
 
 V3f offset(float seed) noexcept {
   const auto component = [seed](float k) {
-    const float unit = static_cast<float>(hash(std::bit_cast<std::uint32_t>(seed), std::bit_cast<std::uint32_t>(k))) / static_cast<float>(0xffffffffu);
+    const float unit =
+        static_cast<float>(hash(std::bit_cast<std::uint32_t>(seed), std::bit_cast<std::uint32_t>(k))) /
+        static_cast<float>(0xffffffffu);
     return 100 + unit * 100;
   };
   return {component(0), component(1), component(2)};

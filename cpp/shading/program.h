@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a node tree is compiled to: instructions over registers, in order, then closures that read registers and add lobes. A node is
-// a builder and one or a few operations in the same nodes_*.cpp. Operations see a point and their operands, nothing else.
+// What a node tree is compiled to: instructions over registers, in order, then closures that read registers
+// and add lobes. A node is a builder and one or a few operations in the same nodes_*.cpp. Operations see a
+// point and their operands, nothing else.
 #pragma once
 #include <array>
 #include <vector>
@@ -11,7 +12,8 @@
 
 namespace sluice {
 
-using Register = V3f;  // a number fills all three components, so numbers, vectors and colours mix without conversion
+// a number fills all three components, so numbers, vectors and colours mix without conversion
+using Register = V3f;
 inline constexpr int max_registers = 256;
 inline constexpr int max_operands = 8;
 
@@ -39,11 +41,12 @@ using Operation = Register (*)(const Instruction&, const Evaluation&) noexcept;
 
 struct Instruction {
   Operation operation;
-  std::array<std::int16_t, max_operands> in = no_operands<max_operands>();  // >= 0: register, < 0: constant ~in
+  // >= 0: register, < 0: constant ~in
+  std::array<std::int16_t, max_operands> in = no_operands<max_operands>();
   std::int16_t out = 0;
-  std::int16_t item = -1;       // index of an image, table, UV map ... as the operation likes
-  std::uint8_t choice = 0;      // which variant of the operation
-  std::uint8_t shift = 0;       // 1, 2: evaluated one bump step along the tangent plane's first, second axis
+  std::int16_t item = -1;   // index of an image, table, UV map ... as the operation likes
+  std::uint8_t choice = 0;  // which variant of the operation
+  std::uint8_t shift = 0;   // 1, 2: evaluated one bump step along the tangent plane's first, second axis
   bool flag = false;
 };
 
@@ -88,7 +91,7 @@ struct Program {
   std::vector<Texture> textures;
   std::vector<Table> tables;
   float specular_threshold = 0.1f;
-  bool is_folded = false;       // the closures depend on nothing but the side: `folded` is their result
+  bool is_folded = false;      // the closures depend on nothing but the side: `folded` is their result
   std::array<Bsdf, 2> folded;  // [front]
 };
 
@@ -104,9 +107,12 @@ template <class Item>
   return e.read(item.in[static_cast<std::size_t>(k)]);
 }
 template <class Item>
-[[nodiscard]] inline float number(const Item& item, const Evaluation& e, int k) noexcept { return operand(item, e, k).x; }
+[[nodiscard]] inline float number(const Item& item, const Evaluation& e, int k) noexcept {
+  return operand(item, e, k).x;
+}
 
-// The closure's shading normal on the side of wo, bent so far that a mirror direction stays above the surface.
+// The closure's shading normal on the side of wo, bent so far that a mirror direction stays above the
+// surface.
 [[nodiscard]] V3f closure_normal(const Closure& closure, const Evaluation& e) noexcept;
 
 // Event of a lobe by its Blender roughness.

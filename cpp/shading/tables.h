@@ -24,7 +24,8 @@ namespace sluice {
   table.low = n.option_number("min", 0);
   table.high = n.option_number("max", 1);
   table.constant = n.option("interpolation", "LINEAR") == "CONSTANT";
-  for (std::size_t k = 0; k + 4 <= values.size(); k += 4) table.rows.push_back({values[k], values[k + 1], values[k + 2], values[k + 3]});
+  for (std::size_t k = 0; k + 4 <= values.size(); k += 4)
+    table.rows.push_back({values[k], values[k + 1], values[k + 2], values[k + 3]});
   for (const auto& row : table.rows)
     for (const float x : row)
       if (!std::isfinite(x)) table.rows.clear();

@@ -17,7 +17,9 @@ namespace {
 [[nodiscard]] Texel fetch(const Image& image, int x, int y, Extension extension) noexcept {
   x = place(x, image.width, extension);
   y = place(y, image.height, extension);
-  const float* p = image.rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
+  const float* p =
+      image.rgba.data() +
+      4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
   return {Color(p[0], p[1], p[2]), p[3]};
 }
 
@@ -54,7 +56,8 @@ Texel sample_texture(const Texture& texture, float u, float v) noexcept {
     const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
     const float s = x - 0.5f - fx, t = y - 0.5f - fy;
     const Extension e = texture.extension;
-    texel = mix_texels(mix_texels(fetch(image, ix, iy, e), fetch(image, ix + 1, iy, e), s), mix_texels(fetch(image, ix, iy + 1, e), fetch(image, ix + 1, iy + 1, e), s), t);
+    texel = mix_texels(mix_texels(fetch(image, ix, iy, e), fetch(image, ix + 1, iy, e), s),
+                       mix_texels(fetch(image, ix, iy + 1, e), fetch(image, ix + 1, iy + 1, e), s), t);
   }
   if (texture.premultiply) texel.color *= texel.alpha;
   return texel;
@@ -67,9 +70,12 @@ Texel sample_box(const Texture& texture, const V3f& p, const V3f& normal) noexce
   // Within `limit` of an edge between two sides they are mixed; near a corner all three.
   const float blend = texture.blend, limit = 0.5f * (1 + blend);
   V3f weight(0);
-  if (n.x > limit * (n.x + n.y) && n.x > limit * (n.x + n.z)) weight.x = 1;
-  else if (n.y > limit * (n.x + n.y) && n.y > limit * (n.y + n.z)) weight.y = 1;
-  else if (n.z > limit * (n.x + n.z) && n.z > limit * (n.y + n.z)) weight.z = 1;
+  if (n.x > limit * (n.x + n.y) && n.x > limit * (n.x + n.z))
+    weight.x = 1;
+  else if (n.y > limit * (n.x + n.y) && n.y > limit * (n.y + n.z))
+    weight.y = 1;
+  else if (n.z > limit * (n.x + n.z) && n.z > limit * (n.y + n.z))
+    weight.z = 1;
   else if (blend > 0) {
     if (n.z < (1 - limit) * (n.y + n.x)) {
       weight.x = std::clamp((n.x / (n.x + n.y) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
@@ -81,7 +87,9 @@ Texel sample_box(const Texture& texture, const V3f& p, const V3f& normal) noexce
       weight.x = std::clamp((n.x / (n.x + n.z) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
       weight.z = 1 - weight.x;
     } else {
-      weight = V3f(((2 - limit) * n.x + (limit - 1)) / (2 * limit - 1), ((2 - limit) * n.y + (limit - 1)) / (2 * limit - 1), ((2 - limit) * n.z + (limit - 1)) / (2 * limit - 1));
+      weight = V3f(((2 - limit) * n.x + (limit - 1)) / (2 * limit - 1),
+                   ((2 - limit) * n.y + (limit - 1)) / (2 * limit - 1),
+                   ((2 - limit) * n.z + (limit - 1)) / (2 * limit - 1));
     }
   } else {
     weight.x = 1;

@@ -40,8 +40,9 @@ std::string symbol(const Scene& scene, const Witness::Step& step) {
   return letter + quoted(scene.entities()[static_cast<std::size_t>(step.thing)].names.front());
 }
 
-// An expression for a word and its like. The same event over and over is one with +. Of light that was scattered on its way only the
-// end counts, what it met last: L.*D'Wall', or L.*[DF]S'Egg'+ after mirrors and glass. Of a long word without, the two ends.
+// An expression for a word and its like. The same event over and over is one with +. Of light that was
+// scattered on its way only the end counts, what it met last: L.*D'Wall', or L.*[DF]S'Egg'+ after mirrors and
+// glass. Of a long word without, the two ends.
 std::string expression_for(const Scene& scene, const Witness& witness, int word) {
   std::vector<std::string> symbols;  // backwards
   std::vector<bool> repeats;
@@ -82,7 +83,8 @@ int Witness::after(int word, Event kind, int thing) noexcept {
   return event_count_++;
 }
 
-void Witness::look(int word, double energy, const Segment& segment, const std::optional<Crossing>& capture) noexcept {
+void Witness::look(int word, double energy, const Segment& segment,
+                   const std::optional<Crossing>& capture) noexcept {
   const Quad& quad = edits_[edit_].entry;
   if (segment.excluded_group == quad.group) return;
   const auto hit = intersect(quad, segment.origin, segment.direction);
@@ -93,9 +95,12 @@ void Witness::look(int word, double energy, const Segment& segment, const std::o
 
 void Witness::look_at_exit(const LightPath& path, const std::optional<Crossing>& capture) noexcept {
   const Quad& quad = edits_[edit_].entry;
-  if (path.at_edit == edit_ || edits_.quad(path.at_edit, path.at_exit).group != quad.group || !locate(quad, path.origin)) return;
+  if (path.at_edit == edit_ || edits_.quad(path.at_edit, path.at_exit).group != quad.group ||
+      !locate(quad, path.origin))
+    return;
   const bool is_taken = capture && is_first(*capture);
-  note({path.word, luminance(path.flux), V3d(path.direction).dot(quad.frame.n) > 0}, is_taken ? capture : std::nullopt);
+  note({path.word, luminance(path.flux), V3d(path.direction).dot(quad.frame.n) > 0},
+       is_taken ? capture : std::nullopt);
 }
 
 bool Witness::is_first(const Crossing& capture) const noexcept {
@@ -110,7 +115,8 @@ void Witness::note(const Crossed& crossed, const std::optional<Crossing>& taken_
     crossings_[static_cast<std::size_t>(crossing_count_++)] = crossed;
 }
 
-std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, const std::atomic<bool>& cancel) {
+std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings& settings,
+                                    const Effects& effects, int threads, const std::atomic<bool>& cancel) {
   std::vector<Arrivals> found(static_cast<std::size_t>(scene.edits().size()));
   if (found.empty()) return found;
   const int paths = std::max(fewest_paths, all_paths / static_cast<int>(found.size()));
@@ -121,23 +127,29 @@ std::vector<Arrivals> find_arrivals(const Scene& scene, const TransportSettings&
     if (edit.side != Side::Light) continue;
     const Guide guide = aim_at(scene, sphere_around(edit.entry), places, own_share);
     Witness witness(scene.edits(), static_cast<int>(e));
-    std::map<std::string, double> kinds[2];  // by side: what a surface sends back would hide what arrives at it
+    // by side: what a surface sends back would hide what arrives at it
+    std::map<std::string, double> kinds[2];
     double total[2] = {0, 0};
     std::vector<std::uint64_t> takers(found.size(), 0);
     std::vector<Photon> photons;
     for (int path = 0; path < paths && !cancel; ++path, ++found[e].probed) {
-      const Sampler sampler(key_of(settings.seed, PilotPurpose::Arrivals, e), static_cast<std::uint32_t>(path));
+      const Sampler sampler(key_of(settings.seed, PilotPurpose::Arrivals, e),
+                            static_cast<std::uint32_t>(path));
       const auto photon = emit_photon(scene, guide, sampler);
       if (!photon) continue;
       photons.clear(), witness.clear();
       tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons, &witness);
       found[e].crossed += !witness.crossed().empty();
       if (witness.taker() >= 0) ++found[e].taken, ++takers[static_cast<std::size_t>(witness.taker())];
-      for (const auto& [word, energy, along] : witness.crossed()) kinds[along][expression_for(scene, witness, word)] += energy, total[along] += energy;
+      for (const auto& [word, energy, along] : witness.crossed())
+        kinds[along][expression_for(scene, witness, word)] += energy, total[along] += energy;
     }
-    if (found[e].taken > 0) found[e].taker = scene.edits()[static_cast<int>(std::ranges::max_element(takers) - takers.begin())].name;
+    if (found[e].taken > 0)
+      found[e].taker =
+          scene.edits()[static_cast<int>(std::ranges::max_element(takers) - takers.begin())].name;
     const int side = total[1] > total[0] ? 1 : 0;
-    for (const auto& [expression, energy] : kinds[side]) found[e].kinds.push_back({expression, total[side] > 0 ? energy / total[side] : 0});
+    for (const auto& [expression, energy] : kinds[side])
+      found[e].kinds.push_back({expression, total[side] > 0 ? energy / total[side] : 0});
     std::ranges::stable_sort(found[e].kinds, std::greater{}, &Arrivals::Kind::share);
     found[e].kinds.resize(std::min(found[e].kinds.size(), most_kinds));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A number for each of the cells of space that matter, in an open hash table: grows while it is filled, then is only read.
+// A number for each of the cells of space that matter, in an open hash table: grows while it is filled, then
+// is only read.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -42,7 +43,8 @@ class NumberedCells {
   void set_all(ThreadPool& pool, Make&& make) {
     constexpr std::size_t run = 256;  // of the table
     pool.parallel_for((table_.size() + run - 1) / run, [&](std::size_t part, int thread) {
-      for (auto& [cell, value] : std::span(table_).subspan(part * run, std::min(run, table_.size() - part * run)))
+      for (auto& [cell, value] :
+           std::span(table_).subspan(part * run, std::min(run, table_.size() - part * run)))
         if (cell != none) value = make(middle(cell), thread);
     });
   }
@@ -58,11 +60,19 @@ class NumberedCells {
   static constexpr int bits = 21;  // of a coordinate
 
   [[nodiscard]] std::uint64_t key(const V3d& p) const noexcept {
-    const auto cell = [this](double x) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * inverse_edge_)) & ((1 << bits) - 1)); };
+    const auto cell = [this](double x) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * inverse_edge_)) &
+                                        ((1 << bits) - 1));
+    };
     return cell(p.x) | (cell(p.y) << bits) | (cell(p.z) << (2 * bits));
   }
   [[nodiscard]] V3d middle(std::uint64_t cell) const noexcept {
-    const auto coordinate = [&](int axis) { return (static_cast<double>(static_cast<std::int64_t>(cell << (64 - bits * (axis + 1))) >> (64 - bits)) + 0.5) / inverse_edge_; };
+    const auto coordinate = [&](int axis) {
+      return (static_cast<double>(static_cast<std::int64_t>(cell << (64 - bits * (axis + 1))) >>
+                                  (64 - bits)) +
+              0.5) /
+             inverse_edge_;
+    };
     return {coordinate(0), coordinate(1), coordinate(2)};
   }
   [[nodiscard]] std::size_t place(std::uint64_t wanted) const noexcept {
@@ -76,7 +86,8 @@ class NumberedCells {
     return entry.first == wanted ? &entry.second : nullptr;
   }
   void grow() {
-    std::vector<std::pair<std::uint64_t, Number>> old(std::max<std::size_t>(64, 2 * table_.size()), {none, Number{0}});
+    std::vector<std::pair<std::uint64_t, Number>> old(std::max<std::size_t>(64, 2 * table_.size()),
+                                                      {none, Number{0}});
     old.swap(table_);
     for (const auto& entry : old)
       if (entry.first != none) table_[place(entry.first)] = entry;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ k over the photons on a disk, k a kernel (Jensen 1996; progressive radii: Knaus &
-// Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes to the caller, who decides about C and weights.
+// Photon density estimation at a vertex: L = Σ f(wi -> wo) Φ k over the photons on a disk, k a kernel (Jensen
+// 1996; progressive radii: Knaus & Zwicker 2011, eq. 3). Knows no view path: each photon's contribution goes
+// to the caller, who decides about C and weights.
 #pragma once
 #include <limits>
 
@@ -11,7 +12,8 @@
 
 namespace sluice {
 
-// A photon counts if it lies on the same surface as far as one can tell: on a thin disk, with a like normal (numerics D1, D2).
+// A photon counts if it lies on the same surface as far as one can tell: on a thin disk, with a like normal
+// (numerics D1, D2).
 inline constexpr float disk_thickness = 0.25f;  // of how far its kernel reaches
 inline constexpr float like_normal = 0.5f;      // least |cos| between normals
 inline constexpr float max_shading_ratio = 4;   // |wi·ns| / |wi·ng| at grazing shading normals, clamped
@@ -20,14 +22,18 @@ inline constexpr float max_shading_ratio = 4;   // |wi·ns| / |wi·ng| at grazin
 class Receiver {
  public:
   // `distance`: to where the light goes, in direction wo.
-  Receiver(const Vertex& vertex, EventMask mask, double distance = std::numeric_limits<double>::infinity()) noexcept
-      : vertex_(vertex), mask_(static_cast<EventMask>(mask & gathering)), nearness_(static_cast<float>(1 / distance)) {
+  Receiver(const Vertex& vertex, EventMask mask,
+           double distance = std::numeric_limits<double>::infinity()) noexcept
+      : vertex_(vertex),
+        mask_(static_cast<EventMask>(mask & gathering)),
+        nearness_(static_cast<float>(1 / distance)) {
     const Bsdf& bsdf = vertex.bsdf;
     int lobes = 0, last = 0;
     for (int i = 0; i < bsdf.count; ++i) {
       if (!(mask_of(bsdf.lobes[i].event) & mask_)) continue;
       ++lobes, last = i;
-      transmits_ = transmits_ || std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape);
+      transmits_ =
+          transmits_ || std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape);
     }
     const Lobe& lobe = bsdf.lobes[last];
     flat_lambert_ = lobes == 1 && std::holds_alternative<Lambert>(lobe.shape) && lobe.n == bsdf.ng;
@@ -36,23 +42,28 @@ class Receiver {
   }
   [[nodiscard]] bool empty() const noexcept { return empty_; }
 
-  // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the eye's side. The last normal's
-  // answer is remembered: on a flat surface there is one.
+  // Does the photon lie on this surface, on a side that the lobes can see? Normals of the vertex look to the
+  // eye's side. The last normal's answer is remembered: on a flat surface there is one.
   [[nodiscard]] bool accepts(const Photon& photon, float per_reach2) noexcept {
-    if (square((photon.position - position()).dot(vertex_.bsdf.ng)) * per_reach2 > square(disk_thickness)) return false;
+    if (square((photon.position - position()).dot(vertex_.bsdf.ng)) * per_reach2 > square(disk_thickness))
+      return false;
     return has_like_normal(photon.normal);
   }
 #if defined(__AVX2__)
   // The same for lanes of a map: bits.
-  [[nodiscard]] unsigned accepts(const PhotonMap& map, const PhotonMap::Lanes& lanes, const __m256& per_reach2) noexcept {
+  [[nodiscard]] unsigned accepts(const PhotonMap& map, const PhotonMap::Lanes& lanes,
+                                 const __m256& per_reach2) noexcept {
     const V3f& n = vertex_.bsdf.ng;
     const auto times = [](const __m256& a, float b) { return _mm256_mul_ps(a, _mm256_set1_ps(b)); };
-    const __m256 height = _mm256_add_ps(times(lanes.x, n.x), _mm256_add_ps(times(lanes.y, n.y), times(lanes.z, n.z)));
-    const __m256 off = _mm256_mul_ps(_mm256_mul_ps(height, height), per_reach2), is_low = _mm256_cmp_ps(off, _mm256_set1_ps(square(disk_thickness)), _CMP_LE_OQ);
+    const __m256 height =
+        _mm256_add_ps(times(lanes.x, n.x), _mm256_add_ps(times(lanes.y, n.y), times(lanes.z, n.z)));
+    const __m256 off = _mm256_mul_ps(_mm256_mul_ps(height, height), per_reach2),
+                 is_low = _mm256_cmp_ps(off, _mm256_set1_ps(square(disk_thickness)), _CMP_LE_OQ);
     const unsigned low = lanes.inside & FlatSum::bits_of(_mm256_castps_si256(is_low));
     if (!low) return 0;
     const __m256i normals = map.normals(lanes);
-    const unsigned known = FlatSum::bits_of(_mm256_cmpeq_epi32(normals, _mm256_set1_epi32(static_cast<int>(normal_))));
+    const unsigned known =
+        FlatSum::bits_of(_mm256_cmpeq_epi32(normals, _mm256_set1_epi32(static_cast<int>(normal_))));
     unsigned accepted = is_like_ ? low & known : 0;
     if (low & ~known) {
       alignas(32) std::uint32_t normal[8];
@@ -70,19 +81,23 @@ class Receiver {
   [[nodiscard]] V3f extent(float reach) const noexcept {
     const V3f& n = vertex_.bsdf.ng;
     const auto along = [reach](float c) {
-      return 1.0001f * reach * std::min(1.0f, std::sqrt(std::max(0.0f, 1 - c * c)) + disk_thickness * std::abs(c));  // rounding
+      // rounding
+      return 1.0001f * reach *
+             std::min(1.0f, std::sqrt(std::max(0.0f, 1 - c * c)) + disk_thickness * std::abs(c));
     };
     return {along(n.x), along(n.y), along(n.z)};
   }
-  // f(wi -> wo) as the photon's own place has it: its direction to the eye, its normal. On a curved surface with a sharp lobe the
-  // disk would smear what the lobe throws otherwise (a rough glass ball's caustic: 9 % off). Directions are turned, not the lobes.
+  // f(wi -> wo) as the photon's own place has it: its direction to the eye, its normal. On a curved surface
+  // with a sharp lobe the disk would smear what the lobe throws otherwise (a rough glass ball's caustic: 9 %
+  // off). Directions are turned, not the lobes.
   [[nodiscard]] Color f(const Photon& photon) const noexcept {
     if (flat_lambert_) return lambert_;
     V3f n = unpack_direction(photon.normal);
     if (n.dot(vertex_.point.ns) < 0) n = -n;
     const V3f wi = turned(unpack_direction(photon.wi), n);
     const V3f wo = turned((vertex_.point.wo - (photon.position - position()) * nearness_).normalized(), n);
-    const float cosine = std::abs(wi.dot(vertex_.bsdf.ng));  // photons measure flux through the geometric surface
+    // photons measure flux through the geometric surface
+    const float cosine = std::abs(wi.dot(vertex_.bsdf.ng));
     if (cosine < 1e-4f || wo.dot(vertex_.bsdf.ng) <= 0) return Color(0);
     Color value = eval(vertex_.bsdf, wo, wi, mask_) / cosine;
     const float ratio = std::abs(wi.dot(vertex_.point.ns)) / cosine;
@@ -96,7 +111,8 @@ class Receiver {
     if (packed == normal_) return is_like_;
     const V3f n = unpack_octahedron(packed);
     const float along = n.dot(vertex_.point.ns);
-    normal_ = packed, is_like_ = (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
+    normal_ = packed;
+    is_like_ = (transmits_ || along > 0) && square(along) >= square(like_normal) * n.length2();
     return is_like_;
   }
   // d after the least rotation that takes n to the vertex's normal (n is on its side).
@@ -115,16 +131,20 @@ class Receiver {
   bool is_like_ = false;
 };
 
-// The sum of f Φ k over photons that the rule lets in, and found(photon, f Φ k, whether it is in the sum) for the others that the kernel reaches,
-// and for those of the sum that ask(q) wants handed over as well; k integrates to 1 over the surface. Only flat diffuse receivers sum.
+// The sum of f Φ k over photons that the rule lets in, and found(photon, f Φ k, whether it is in the sum) for
+// the others that the kernel reaches, and for those of the sum that ask(q) wants handed over as well; k
+// integrates to 1 over the surface. Only flat diffuse receivers sum.
 //
 // At y, one radius for all photons: k = 1 / (π r²), the fewest photons to look at.
 template <class Ask, class Found>
-[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, float radius, [[maybe_unused]] const SumRule& rule,
-                                          [[maybe_unused]] Ask&& ask, Found&& found) {
+[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, float radius,
+                                          [[maybe_unused]] const SumRule& rule, [[maybe_unused]] Ask&& ask,
+                                          Found&& found) {
   if (receiver.empty()) return {};
   const float per_reach2 = 1 / square(radius), k = 1 / pi * per_reach2;
-  const auto hand_over = [&](const Photon& photon, bool is_summed) { found(photon, receiver.f(photon) * photon.flux() * k, is_summed); };
+  const auto hand_over = [&](const Photon& photon, bool is_summed) {
+    found(photon, receiver.f(photon) * photon.flux() * k, is_summed);
+  };
 #if defined(__AVX2__)
   if (rule.sums && receiver.is_flat()) {
     FlatSum sum(map, rule);
@@ -146,15 +166,18 @@ template <class Ask, class Found>
   return {};
 }
 
-// At v, each photon by its own kernel, round (Epanechnikov's parabola; Silverman 1986, §4.2): k = 2 / (π R²) (1 - d² / R²), R its reach. To 0 at
-// R = √1.5 r it blurs as much as the even one of radius r; it has 8/9 of its variance, and no rim to see where photons are few.
+// At v, each photon by its own kernel, round (Epanechnikov's parabola; Silverman 1986, §4.2): k = 2 / (π R²)
+// (1 - d² / R²), R its reach. To 0 at R = √1.5 r it blurs as much as the even one of radius r; it has 8/9 of
+// its variance, and no rim to see where photons are few.
 template <class Ask, class Found>
-[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, const Reaches& reaches, [[maybe_unused]] const SumRule& rule,
-                                          [[maybe_unused]] Ask&& ask, Found&& found) {
+[[nodiscard]] inline Sum estimate_density(const PhotonMap& map, Receiver receiver, const Reaches& reaches,
+                                          [[maybe_unused]] const SumRule& rule, [[maybe_unused]] Ask&& ask,
+                                          Found&& found) {
   if (receiver.empty()) return {};
   const auto hand_over = [&](const Photon& photon, float per_reach2, bool is_summed) {
     const float closeness = 1 - (photon.position - receiver.position()).length2() * per_reach2;
-    found(photon, receiver.f(photon) * photon.flux() * (2 / pi * per_reach2 * std::max(0.0f, closeness)), is_summed);
+    found(photon, receiver.f(photon) * photon.flux() * (2 / pi * per_reach2 * std::max(0.0f, closeness)),
+          is_summed);
   };
 #if defined(__AVX2__)
   if (rule.sums && receiver.is_flat()) {
@@ -162,7 +185,8 @@ template <class Ask, class Found>
     map.visit(receiver.position(), reaches, receiver.extent(1), [&](const PhotonMap::ReachLanes& lanes) {
       const unsigned lying = receiver.accepts(map, lanes, lanes.per_reach2);
       if (!lying) return;
-      const auto [summed, handed_over] = sum.add(lanes, lying, _mm256_mul_ps(lanes.closeness, lanes.per_reach2), ask);
+      const auto [summed, handed_over] =
+          sum.add(lanes, lying, _mm256_mul_ps(lanes.closeness, lanes.per_reach2), ask);
       for (unsigned left = handed_over; left; left &= left - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
         hand_over(map[lanes.first + lane], map.per_reach2(lanes.first + lane), (summed >> lane) & 1);

@@ -18,7 +18,9 @@ EventMask lobes_in_scene(const Scene& scene) {
 
 bool has_light_exits(const Edits& edits) {
   for (int e = 0; e < edits.size(); ++e)
-    if (edits[e].side == Side::Light && contains(edits.takers(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial)) return true;
+    if (edits[e].side == Side::Light && contains(edits.takers(Side::Light), e) &&
+        (!edits[e].exits.empty() || edits[e].is_partial))
+      return true;
   return false;
 }
 
@@ -28,19 +30,23 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   Effects effects;
   const EventMask lobes = lobes_in_scene(scene);
   const bool lit = !scene.lights().empty(), gathers = (lobes & gathering) != 0;
-  const auto decide = [&](const char* name, bool& runs, bool wanted, bool possible, const char* why, const char* why_not) {
+  const auto decide = [&](const char* name, bool& runs, bool wanted, bool possible, const char* why,
+                          const char* why_not) {
     runs = wanted && possible;
     effects.reasons.push_back({name, runs, runs ? why : !wanted ? "switched off" : why_not});
   };
   const char* dark = !lit ? "the scene has no light" : "no surface scatters light towards the eye";
   const bool seen = lit && gathers;
-  decide("direct", effects.direct, settings.use_direct, lit && lobes != 0, "surfaces are lit by lights", dark);
-  decide("caustics", effects.caustics, settings.use_caustics, seen && (lobes & followed) && settings.max_depth > 1,
+  decide("direct", effects.direct, settings.use_direct, lit && lobes != 0, "surfaces are lit by lights",
+         dark);
+  decide("caustics", effects.caustics, settings.use_caustics,
+         seen && (lobes & followed) && settings.max_depth > 1,
          "a specular surface can send light onto others", !seen ? dark : "nothing in the scene is specular");
-  decide("edited light", effects.edited, settings.use_edited, seen && has_light_exits(scene.edits()), "an enabled light edit has an exit",
+  decide("edited light", effects.edited, settings.use_edited, seen && has_light_exits(scene.edits()),
+         "an enabled light edit has an exit",
          !seen ? dark : "no enabled light edit that light can match has an exit");
-  decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1, "surfaces light each other",
-         !seen ? dark : "max_depth leaves room for one bounce only");
+  decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1,
+         "surfaces light each other", !seen ? dark : "max_depth leaves room for one bounce only");
   effects.light_edits = !is_empty(scene.edits().takers(Side::Light));
   effects.view_edits = !is_empty(scene.edits().takers(Side::View));
   effects.layers = !scene.edits().layers().empty();
@@ -49,7 +55,9 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   if (effects.caustics) effects.close_arrivals |= caustic_arrivals;
   if (effects.edited) effects.close_arrivals |= edited_arrivals;
   effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
-  effects.reasons.push_back({"photons", effects.photons(), effects.photons() ? "an effect above reads them" : "no effect above reads them"});
+  effects.reasons.push_back(
+      {"photons", effects.photons(),
+       effects.photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;
 }
 

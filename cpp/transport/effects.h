@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which estimators run (design §6, "only what the scene calls for"): decided once per scene from materials, lights, edits and the
-// user's switches. What nothing can produce costs no rays, no photons, no memory, and the reason is written down.
+// Which estimators run (design §6, "only what the scene calls for"): decided once per scene from materials,
+// lights, edits and the user's switches. What nothing can produce costs no rays, no photons, no memory, and
+// the reason is written down.
 #pragma once
 #include <string>
 #include <vector>
@@ -13,10 +14,12 @@ namespace sluice {
 struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
   bool light_edits = false, view_edits = false;
-  bool layers = false;           // images of whole paths beside the picture
-  bool words = false;            // one of these three asks what happened to light: else nobody keeps it
-  unsigned stored_arrivals = 0;  // bit set of Arrival: photons that some estimator reads; direct ones only near their light (light_path.cpp)
-  unsigned close_arrivals = 0;   // of those, the ones read at the view path's own vertex: caustics, edited light
+  bool layers = false;  // images of whole paths beside the picture
+  bool words = false;   // one of these three asks what happened to light: else nobody keeps it
+  // bit set of Arrival: photons that some estimator reads; direct ones only near their light (light_path.cpp)
+  unsigned stored_arrivals = 0;
+  // of those, the ones read at the view path's own vertex: caustics, edited light
+  unsigned close_arrivals = 0;
 
   [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// First segments of light paths, drawn from the guide's mixture: a light, a position, and a direction from the light's own distribution
-// or towards a target. Flux is divided by the density of the whole mixture, so every choice of guide gives the same image.
+// First segments of light paths, drawn from the guide's mixture: a light, a position, and a direction from
+// the light's own distribution or towards a target. Flux is divided by the density of the whole mixture, so
+// every choice of guide gives the same image.
 #pragma once
 #include <optional>
 
@@ -20,7 +21,8 @@ struct EmittedPhoton {
 };
 
 // Dimension pairs 0 to 2 of the sampler. Empty: this sample carries no light.
-[[nodiscard]] std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide, const Sampler& sampler) noexcept;
+[[nodiscard]] std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide,
+                                                       const Sampler& sampler) noexcept;
 inline constexpr std::uint32_t emission_pairs = 3;
 
 // A sphere around all surfaces; the way a sun's light travels (of the world: none in particular).
@@ -28,6 +30,7 @@ inline constexpr std::uint32_t emission_pairs = 3;
 [[nodiscard]] V3f sun_axis(const Scene& scene, int light) noexcept;
 
 // Is a light path that starts at `origin` along `direction` one that could have been aimed at the target?
-[[nodiscard]] bool aims_at(const Target& target, const V3d& origin, const V3f& direction, bool infinite_light) noexcept;
+[[nodiscard]] bool aims_at(const Target& target, const V3d& origin, const V3f& direction,
+                           bool infinite_light) noexcept;
 
 }  // namespace sluice

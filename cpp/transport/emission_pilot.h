@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the photons of a pass are shared among lights, and those of each light among directions and targets: learned from the pilot's own, by what
-// they bring to the picture. A part of every share is kept by what lights can send to what is seen, whatever the pilot found: it may have met
-// none of the few photons that come through a keyhole.
+// How the photons of a pass are shared among lights, and those of each light among directions and targets:
+// learned from the pilot's own, by what they bring to the picture. A part of every share is kept by what
+// lights can send to what is seen, whatever the pilot found: it may have met none of the few photons that
+// come through a keyhole.
 #pragma once
 #include <vector>
 
@@ -39,14 +40,18 @@ struct EmissionPlan {
   [[nodiscard]] std::size_t far_target() const noexcept { return things.size() + sights.size(); }
 };
 
-// For the pilot itself, which knows nothing yet. Half of its photons come from lights by what they can send to the sights, half from all alike; of
-// each light's, half leave as they would anyway, a quarter go towards things and a quarter towards sights.
+// For the pilot itself, which knows nothing yet. Half of its photons come from lights by what they can send
+// to the sights, half from all alike; of each light's, half leave as they would anyway, a quarter go towards
+// things and a quarter towards sights.
 void aim_pilot(const EmissionPlan& plan, const Scene& scene, Guide& guide);
 
-[[nodiscard]] PilotPhotons trace_pilot(const Scene& scene, const TransportSettings& settings, const Guide& guide, std::span<LightTracer> tracers, ThreadPool& pool,
+[[nodiscard]] PilotPhotons trace_pilot(const Scene& scene, const TransportSettings& settings,
+                                       const Guide& guide, std::span<LightTracer> tracers, ThreadPool& pool,
                                        const std::atomic<bool>& cancel);
 
 // Sets guide.lights, strategies, aims and unmet.
-void learn_emission(const EmissionPlan& plan, const Scene& scene, const TransportSettings& settings, const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool, Guide& guide);
+void learn_emission(const EmissionPlan& plan, const Scene& scene, const TransportSettings& settings,
+                    const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool,
+                    Guide& guide);
 
 }  // namespace sluice

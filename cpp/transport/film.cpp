@@ -11,22 +11,33 @@
 namespace sluice {
 namespace {
 
-int total(const std::array<int, stream_count>& passes) noexcept { return std::accumulate(passes.begin(), passes.end(), 0); }
+int total(const std::array<int, stream_count>& passes) noexcept {
+  return std::accumulate(passes.begin(), passes.end(), 0);
+}
 
 }  // namespace
 
 Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y0)
-    : width_(width), height_(height), before_x_(x0 % tile), before_y_(y0 % tile), planes_(fixed_planes()), layer_count_(static_cast<int>(layers.size())), stride_(layers_at + 3 * layer_count_),
-      sums_(static_cast<std::size_t>(width) * height * stride_), block_(sums_.size()), tile_passes_(tile_count()) {
+    : width_(width),
+      height_(height),
+      before_x_(x0 % tile),
+      before_y_(y0 % tile),
+      planes_(fixed_planes()),
+      layer_count_(static_cast<int>(layers.size())),
+      stride_(layers_at + 3 * layer_count_),
+      sums_(static_cast<std::size_t>(width) * height * stride_),
+      block_(sums_.size()),
+      tile_passes_(tile_count()) {
   for (int i = 0; i < layer_count_; ++i) planes_.push_back({std::move(layers[i]), 3, layers_at + 3 * i});
 }
 
 // Combined and Noise are made of several sums.
 const std::vector<Film::Plane>& Film::fixed_planes() {
-  static const std::vector<Plane> planes{{"Combined", 4, combined_at},     {"Depth", 1, depth_at},         {"Normal", 3, normal_at},
-                                         {"Albedo", 3, albedo_at},         {"Direct", 3, parts_at},        {"Caustics", 3, parts_at + 3},
-                                         {"Edited", 3, parts_at + 6},      {"Indirect", 3, parts_at + 9},  {"Emission", 3, parts_at + 12},
-                                         {"Noise", 1, combined_at}};
+  static const std::vector<Plane> planes{{"Combined", 4, combined_at},   {"Depth", 1, depth_at},
+                                         {"Normal", 3, normal_at},       {"Albedo", 3, albedo_at},
+                                         {"Direct", 3, parts_at},        {"Caustics", 3, parts_at + 3},
+                                         {"Edited", 3, parts_at + 6},    {"Indirect", 3, parts_at + 9},
+                                         {"Emission", 3, parts_at + 12}, {"Noise", 1, combined_at}};
   return planes;
 }
 
@@ -35,14 +46,17 @@ const Film::Plane* Film::find(const std::string& name) const noexcept {
   return it == planes_.end() ? nullptr : &*it;
 }
 
-bool Film::is_fixed(const std::string& name) noexcept { return std::ranges::find(fixed_planes(), name, &Plane::name) != fixed_planes().end(); }
+bool Film::is_fixed(const std::string& name) noexcept {
+  return std::ranges::find(fixed_planes(), name, &Plane::name) != fixed_planes().end();
+}
 
 Film::Box Film::box(int tile_index) const noexcept {
   const int x = tile_index % tiles_x() * tile - before_x_, y = tile_index / tiles_x() * tile - before_y_;
   return {std::max(x, 0), std::max(y, 0), std::min(x + tile, width_), std::min(y + tile, height_)};
 }
 
-void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples, std::span<const Color> layers) {
+void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples,
+                    std::span<const Color> layers) {
   const Box b = box(tile_index);
   const int stream = pass % stream_count;
   auto sample = samples.begin();
@@ -104,13 +118,16 @@ std::vector<float> Film::image(const std::string& name) const {
       float* to = &out[pixel * n];
       if (name == "Combined") {
         V3d c(0);
-        for (int s = 0; s < stream_count; ++s) c += V3d(sum(pixel, 3 * s), sum(pixel, 3 * s + 1), sum(pixel, 3 * s + 2));
+        for (int s = 0; s < stream_count; ++s)
+          c += V3d(sum(pixel, 3 * s), sum(pixel, 3 * s + 1), sum(pixel, 3 * s + 2));
         for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(c[i] / count);
         to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
       } else if (name == "Noise") {
         const Estimate e = estimate(pixel, passes);
         const float mean = luminance(Color(e.mean));
-        to[0] = mean > 0 ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean) : 0;
+        to[0] = mean > 0
+                    ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean)
+                    : 0;
       } else {
         const int samples = at == depth_at ? 1 : count;
         for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, at + i) / samples);
@@ -123,14 +140,17 @@ double Film::mean_luminance(const std::string& name) const {
   const std::vector<float> pixels = image(name);
   const auto n = static_cast<std::size_t>(channels(name));
   double mean = 0;
-  for (std::size_t i = 0; n >= 3 && i + 2 < pixels.size(); i += n) mean += luminance(V3d(pixels[i], pixels[i + 1], pixels[i + 2]));
+  for (std::size_t i = 0; n >= 3 && i + 2 < pixels.size(); i += n)
+    mean += luminance(V3d(pixels[i], pixels[i + 1], pixels[i + 2]));
   return mean / std::max(1, width_ * height_);
 }
 
 double Film::relative_error() const noexcept {
   if (finished_passes() < stream_count) return -1;
   const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  const auto at = [this](std::size_t p) { return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]); };
+  const auto at = [this](std::size_t p) {
+    return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
+  };
   double image_mean = 0, error = 0;
   for (std::size_t p = 0; p < pixels; ++p) image_mean += luminance(at(p).mean) / static_cast<double>(pixels);
   if (!(square(image_mean / 10) > 0)) return -1;  // a black picture says nothing about what it has not found

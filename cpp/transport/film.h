@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where samples add up. Sums are double; Combined is kept per stream (stream = pass mod 4), whose spread is an honest noise estimate
-// under randomised quasi-Monte Carlo. A block of 8 passes is summed alone and blocks are added in index order, so any split into
-// processes gives the same bits (design §5). Knows nothing of radii, photons or files. Not locked: the session does that.
+// Where samples add up. Sums are double; Combined is kept per stream (stream = pass mod 4), whose spread is
+// an honest noise estimate under randomised quasi-Monte Carlo. A block of 8 passes is summed alone and blocks
+// are added in index order, so any split into processes gives the same bits (design §5). Knows nothing of
+// radii, photons or files. Not locked: the session does that.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -23,14 +24,17 @@ inline constexpr int part_count = 5;
 
 // One view sample, or the mean of a pass's samples of one pixel.
 struct PixelSample {
-  std::array<Color, part_count> parts;    // radiance, W/m²/sr
-  float alpha = 0;                        // 0 where the world is seen
-  float depth = 0;                        // along the view axis (m); the world: 1e10, as Blender has it. No mean: between two things there is nothing
-  V3f normal{0};                          // shading normal at the first hit
-  Color albedo{0};                        // directional albedo there
+  std::array<Color, part_count> parts;  // radiance, W/m²/sr
+  float alpha = 0;                      // 0 where the world is seen
+  // along the view axis (m); the world: 1e10, as Blender has it. No mean: between two things there is nothing
+  float depth = 0;
+  V3f normal{0};    // shading normal at the first hit
+  Color albedo{0};  // directional albedo there
 
   PixelSample() noexcept { parts.fill(Color(0)); }  // Imath's vectors start undefined
-  [[nodiscard]] Color combined() const noexcept { return parts[0] + parts[1] + parts[2] + parts[3] + parts[4]; }
+  [[nodiscard]] Color combined() const noexcept {
+    return parts[0] + parts[1] + parts[2] + parts[3] + parts[4];
+  }
   void operator+=(const PixelSample& o) noexcept {
     for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
     alpha += o.alpha, normal += o.normal, albedo += o.albedo;
@@ -43,9 +47,10 @@ struct PixelSample {
   }
 };
 
-// Variance relative to the mean, as the error of a picture counts it, mean over the channels: what is dark counts as a tenth of the
-// picture's mean luminance.
-[[nodiscard]] inline double relative_variance(const V3d& variance, const V3d& mean, double image_mean) noexcept {
+// Variance relative to the mean, as the error of a picture counts it, mean over the channels: what is dark
+// counts as a tenth of the picture's mean luminance.
+[[nodiscard]] inline double relative_variance(const V3d& variance, const V3d& mean,
+                                              double image_mean) noexcept {
   double sum = 0;
   for (int c = 0; c < 3; ++c) sum += variance[c] / (square(mean[c]) + square(image_mean / 10)) / 3;
   return sum;
@@ -55,31 +60,38 @@ class Film {
  public:
   static constexpr int tile = 32;
 
-  // Of a border whose corner is (x0, y0) in the full frame: tiles are the full frame's, cut off at the border. Layers come behind the fixed
-  // passes, under names of their own.
+  // Of a border whose corner is (x0, y0) in the full frame: tiles are the full frame's, cut off at the
+  // border. Layers come behind the fixed passes, under names of their own.
   Film(int width, int height, std::vector<std::string> layers = {}, int x0 = 0, int y0 = 0);
 
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] int height() const noexcept { return height_; }
   [[nodiscard]] int tiles_x() const noexcept { return (before_x_ + width_ + tile - 1) / tile; }
-  [[nodiscard]] int tile_count() const noexcept { return tiles_x() * ((before_y_ + height_ + tile - 1) / tile); }
+  [[nodiscard]] int tile_count() const noexcept {
+    return tiles_x() * ((before_y_ + height_ + tile - 1) / tile);
+  }
   struct Box {
     int x0, y0, x1, y1;
   };
   [[nodiscard]] Box box(int tile_index) const noexcept;
 
-  // Adds one pass's samples of a tile, row by row; `layers` holds one colour per layer for each. Passes of a block must come in order; tiles in any.
-  void add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples, std::span<const Color> layers = {});
+  // Adds one pass's samples of a tile, row by row; `layers` holds one colour per layer for each. Passes of a
+  // block must come in order; tiles in any.
+  void add_tile(int tile_index, int pass, const std::vector<PixelSample>& samples,
+                std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // A pass by its public name ("Combined", "Depth", …, "Noise", a layer's): float, `channels(name)` per pixel, row 0 at the bottom. Each tile is
-  // divided by its own number of passes, so an unfinished pass may be looked at; Depth is that of pass 0. Unknown names give an empty vector.
+  // A pass by its public name ("Combined", "Depth", …, "Noise", a layer's): float, `channels(name)` per
+  // pixel, row 0 at the bottom. Each tile is divided by its own number of passes, so an unfinished pass may
+  // be looked at; Depth is that of pass 0. Unknown names give an empty vector.
   [[nodiscard]] int channels(const std::string& name) const noexcept;
-  [[nodiscard]] static bool is_fixed(const std::string& name) noexcept;  // a pass of its own, that no layer may be called
+  // a pass of its own, that no layer may be called
+  [[nodiscard]] static bool is_fixed(const std::string& name) noexcept;
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
   [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
-  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean / 10)²)); < 0: fewer than 4 passes, or black.
+  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean /
+  // 10)²)); < 0: fewer than 4 passes, or black.
   [[nodiscard]] double relative_error() const noexcept;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
@@ -88,8 +100,9 @@ class Film {
 
  private:
   // Doubles per pixel: 4 streams of Combined, the parts, alpha, depth, normal, albedo, layers.
-  static constexpr int combined_at = 0, parts_at = 12, alpha_at = parts_at + 3 * part_count, depth_at = alpha_at + 1,
-                       normal_at = depth_at + 1, albedo_at = normal_at + 3, layers_at = albedo_at + 3;
+  static constexpr int combined_at = 0, parts_at = 12, alpha_at = parts_at + 3 * part_count,
+                       depth_at = alpha_at + 1, normal_at = depth_at + 1, albedo_at = normal_at + 3,
+                       layers_at = albedo_at + 3;
 
   struct Plane {
     std::string name;
@@ -101,9 +114,14 @@ class Film {
   struct Estimate {
     V3d mean, variance;  // of the mean; in double, as squares of bright lights overflow floats
   };
-  [[nodiscard]] int tile_of(int x, int y) const noexcept { return ((y + before_y_) / tile) * tiles_x() + (x + before_x_) / tile; }
-  [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept { return sums_[pixel * stride_ + at] + block_[pixel * stride_ + at]; }
-  [[nodiscard]] Estimate estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept;
+  [[nodiscard]] int tile_of(int x, int y) const noexcept {
+    return ((y + before_y_) / tile) * tiles_x() + (x + before_x_) / tile;
+  }
+  [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept {
+    return sums_[pixel * stride_ + at] + block_[pixel * stride_ + at];
+  }
+  [[nodiscard]] Estimate estimate(std::size_t pixel,
+                                  const std::array<int, stream_count>& passes) const noexcept;
 
   int width_, height_;
   int before_x_, before_y_;  // of the first tile, cut off

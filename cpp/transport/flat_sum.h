@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Photons on a flat diffuse surface, added up eight at a time: there f is the same for all. Which of them belong to a sum is said state by state,
-// so the same photons are added in the same way whether or not edits and layers ask for their states.
+// Photons on a flat diffuse surface, added up eight at a time: there f is the same for all. Which of them
+// belong to a sum is said state by state, so the same photons are added in the same way whether or not edits
+// and layers ask for their states.
 #pragma once
 #include <bit>
 
@@ -27,7 +28,8 @@ struct Sum {
 #if defined(__AVX2__)
 class FlatSum {
  public:
-  FlatSum(const PhotonMap& map, const SumRule& rule) noexcept : map_(map), rule_(rule), deepest_(_mm256_set1_epi32(std::min(rule.depth, 255))) {}
+  FlatSum(const PhotonMap& map, const SumRule& rule) noexcept
+      : map_(map), rule_(rule), deepest_(_mm256_set1_epi32(std::min(rule.depth, 255))) {}
 
   struct Split {
     unsigned summed, handed_over;  // lanes, bit set
@@ -37,7 +39,8 @@ class FlatSum {
   [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, const __m256& weights, Ask&& ask) {
     const __m256i tags = map_.tags(lanes);
     // A gate is deeper than any depth.
-    const __m256i depth_or_gate = _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));
+    const __m256i depth_or_gate =
+        _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));
     const unsigned out = lying & bits_of(_mm256_cmpgt_epi32(depth_or_gate, deepest_));
     Split split{lying & ~out, out};
     if (rule_.asks) ask_states(_mm256_srli_epi32(tags, PhotonMap::tag_bits_below_q), split, ask);
@@ -54,17 +57,21 @@ class FlatSum {
     for (int c = 0; c < 3; ++c) {
       alignas(32) float lane[8];
       _mm256_store_ps(lane, sum_[c]);
-      out.radiance[c] = scale[c] * (((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7])));
+      out.radiance[c] = scale[c] * (((lane[0] + lane[1]) + (lane[2] + lane[3])) +
+                                    ((lane[4] + lane[5]) + (lane[6] + lane[7])));
     }
     return out;
   }
-  [[nodiscard]] static unsigned bits_of(__m256i lanes) noexcept { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(lanes))); }
+  [[nodiscard]] static unsigned bits_of(__m256i lanes) noexcept {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(lanes)));
+  }
 
  private:
   // Neighbours are often in one state, and most states are summed and no more.
   template <class Ask>
   void ask_states(__m256i states, Split& split, Ask&& ask) {
-    const unsigned others = split.summed & ~bits_of(_mm256_cmpeq_epi32(states, _mm256_set1_epi32(static_cast<int>(q_))));
+    const unsigned others =
+        split.summed & ~bits_of(_mm256_cmpeq_epi32(states, _mm256_set1_epi32(static_cast<int>(q_))));
     if (!others && answer_.is_summed && !answer_.is_handed_over) return;
     alignas(32) std::uint32_t q[8];
     _mm256_store_si256(reinterpret_cast<__m256i*>(q), states);

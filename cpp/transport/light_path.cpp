@@ -11,13 +11,19 @@ constexpr float max_adjoint = 4;  // Veach's factor is unbounded at grazing shad
 
 }  // namespace
 
-void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness) {
+void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key,
+                        std::vector<Photon>& out, Witness* witness) {
   key_ = key, draws_ = 0;
   witness_ = witness, is_watched_ = effects_.words || witness;
   light_ = photon.light, emitter_ = photon.emitter;
-  LightPath start{.origin = photon.origin, .direction = photon.direction, .clearance = photon.clearance, .flux = photon.flux * scale};
+  LightPath start{.origin = photon.origin,
+                  .direction = photon.direction,
+                  .clearance = photon.clearance,
+                  .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
-  if (effects_.words) start.q = states_.next(StateTable::light_start, scene_.edits().event_class(Event::L, scene_.light_entity(light_)));
+  if (effects_.words)
+    start.q = states_.next(StateTable::light_start,
+                           scene_.edits().event_class(Event::L, scene_.light_entity(light_)));
   if (witness_) start.word = witness_->after(start.word, Event::L, scene_.light_entity(light_));
   counts.ledger.emitted += luminance(start.flux);
   ++counts.photon_paths;
@@ -27,7 +33,8 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   while (branch_count_ > 0) {
     LightPath path = branches_[--branch_count_];
     const BranchClock clock(counts, path.last_edit);
-    if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]] continue;
+    if (is_watched_ && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]]
+      continue;
     while (next_vertex(path, vertex)) {
       store(path, vertex, out);
       if (!scatter(path, vertex, sampler)) break;
@@ -35,10 +42,12 @@ void LightTracer::trace(const EmittedPhoton& photon, float scale, const Sampler&
   }
 }
 
-// Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in branches_.
+// Paper §4: on to the next surface, through the gates on the way. False: the path is over, or goes on in
+// branches_.
 bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
-    const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
+    const auto hit = scene_.intersect(
+        {path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
     ++counts.rays;
     if (is_watched_ && asks(path)) [[unlikely]]
       if (is_taken(path, hit ? hit->t : std::numeric_limits<double>::infinity())) return false;
@@ -50,7 +59,8 @@ bool LightTracer::next_vertex(LightPath& path, Vertex& vertex) noexcept {
     const float chance = vertex.pass_chance;
     if (chance == 0) return true;
     const double before = luminance(path.flux), straight = luminance(path.flux * vertex.bsdf.transparency);
-    if (chance < 1) {  // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed
+    // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed
+    if (chance < 1) {
       counts.ledger.absorbed -= straight;
       const bool stays = random() >= chance;
       path.flux = stays ? path.flux / (1 - chance) : path.flux * vertex.bsdf.transparency / chance;
@@ -79,7 +89,8 @@ bool LightTracer::is_lost(const LightPath& path) noexcept {
 bool LightTracer::can_leave(LightPath& path) noexcept {
   if (is_lost(path)) return false;
   if (path.at_edit < 0) return true;
-  const auto crossing = scene_.edits().first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
+  const auto crossing =
+      scene_.edits().first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
   if (witness_) witness_->look_at_exit(path, crossing);
   path.at_edit = -1;
   if (crossing) meet_light_edit(path, *crossing);
@@ -99,7 +110,8 @@ bool LightTracer::is_taken(const LightPath& path, double t_end) noexcept {
   return crossing.has_value();
 }
 
-// The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget one copy stands for all.
+// The entry takes the path: T of paper §4 makes one copy per exit (none: absorbed). Above the split budget
+// one copy stands for all.
 void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossing) noexcept {
   EditCounts& count = counts.of_edit(crossing.edit);
   const double energy = luminance(path.flux);
@@ -116,7 +128,9 @@ void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossin
     expected = sent;
   } else {
     ++counts.split_capped;
-    WaysOn(scene_.edits(), crossing).for_each([&](int exit, float weight) { expected += copy_of(path, crossing, exit, weight).energy; });
+    WaysOn(scene_.edits(), crossing).for_each([&](int exit, float weight) {
+      expected += copy_of(path, crossing, exit, weight).energy;
+    });
     counts.ledger.sampling += sent - expected;
   }
   const double gained = expected - energy;
@@ -124,8 +138,10 @@ void LightTracer::meet_light_edit(const LightPath& path, const Crossing& crossin
 }
 
 // A copy that cannot go on has the light that came in, in no other measure than its weight.
-LightTracer::Copy LightTracer::copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept {
-  Copy copy{.passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction), .energy = static_cast<double>(luminance(path.flux)) * weight};
+LightTracer::Copy LightTracer::copy_of(const LightPath& path, const Crossing& crossing, int exit,
+                                       float weight) const noexcept {
+  Copy copy{.passage = scene_.edits().forward(crossing.edit, exit, crossing.uv, path.direction),
+            .energy = static_cast<double>(luminance(path.flux)) * weight};
   if (!copy.passage) return copy;
   copy.flux = apply_hue(path.flux, copy.passage->hue) * (copy.passage->gain * weight);
   if (is_finite(copy.flux)) copy.energy = luminance(copy.flux);
@@ -133,7 +149,8 @@ LightTracer::Copy LightTracer::copy_of(const LightPath& path, const Crossing& cr
 }
 
 // Returns its energy, sent on or lost.
-double LightTracer::push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept {
+double LightTracer::push_light_copy(const LightPath& path, const Crossing& crossing, int exit,
+                                    float weight) noexcept {
   const auto [passage, flux, energy] = copy_of(path, crossing, exit, weight);
   if (!passage || !is_finite(flux)) {
     ++(passage ? counts.non_finite : counts.grazing_dropped);
@@ -142,7 +159,8 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
   }
   LightPath& copy = branches_[branch_count_] = path;
   copy.flux = flux;
-  copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0), copy.t_min = 0;
+  copy.origin = passage->position, copy.direction = passage->direction, copy.clearance = V3f(0);
+  copy.t_min = 0;
   copy.q = states_.through(path.q, crossing.edit);
   copy.last = Event::F;
   if (witness_) copy.word = witness_->after(path.word, Event::F, crossing.edit);
@@ -155,11 +173,13 @@ double LightTracer::push_light_copy(const LightPath& path, const Crossing& cross
   return energy;
 }
 
-// Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights hidden or too near for it.
+// Does some estimator read a photon here? Straight light at y is next-event estimation's, but for lights
+// hidden or too near for it.
 bool LightTracer::is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept {
   if (!(effects_.stored_arrivals & bit_of(arrival)) || !(vertex.bsdf.events() & gathering)) return false;
   if (arrival != Arrival::Direct || (trust && trust->is_hidden(light_))) return true;
-  return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)], pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
+  return is_too_near(scene_.lights()[static_cast<std::size_t>(light_)],
+                     pdf_direct(scene_, light_, vertex.hit.position, -path.direction, &emitter_));
 }
 
 void LightTracer::store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out) {
@@ -204,8 +224,8 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
   counts.ledger.sampling -= expected;  // what goes on is added
   const std::uint32_t pair = emission_pairs + 2 * static_cast<std::uint32_t>(path.depth);
   if (path.depth == 0 && !has_split_ && bsdf.count > 1 && bsdf.is_exact()) {
-    // Both ways of the first glass: else the few photons that it mirrors would be bright ones. Throughput stays as it is, or roulette
-    // would make them so again.
+    // Both ways of the first glass: else the few photons that it mirrors would be bright ones. Throughput
+    // stays as it is, or roulette would make them so again.
     has_split_ = true;
     for (int lobe = 0; lobe < bsdf.count; ++lobe) {
       branches_[branch_count_] = path;
@@ -233,8 +253,10 @@ bool LightTracer::scatter(LightPath& path, const Vertex& vertex, const Sampler& 
 }
 
 // Goes on by the lobe. False: nothing is left.
-bool LightTracer::take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept {
-  const float factor = adjoint_factor(vertex.bsdf, lobe, vertex.point.wo, sample.wi), clamped = std::min(factor, max_adjoint);
+bool LightTracer::take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample,
+                            const Color& weight) noexcept {
+  const float factor = adjoint_factor(vertex.bsdf, lobe, vertex.point.wo, sample.wi),
+              clamped = std::min(factor, max_adjoint);
   const double before = luminance(path.flux);
   path.flux *= weight;
   const double scattered = luminance(path.flux);
@@ -254,8 +276,10 @@ bool LightTracer::take_lobe(LightPath& path, const Vertex& vertex, int lobe, con
   ++path.depth;
   if (is_watched_) {
     path.q = states_.next(path.q, scene_.event_class(path.last, vertex.hit));
-    if (witness_) [[unlikely]] path.word = witness_->after(path.word, path.last, scene_.entity(vertex.hit));
-    if (path.q == StateTable::dead && is_lost(path)) [[unlikely]] return false;
+    if (witness_) [[unlikely]]
+      path.word = witness_->after(path.word, path.last, scene_.entity(vertex.hit));
+    if (path.q == StateTable::dead && is_lost(path)) [[unlikely]]
+      return false;
   }
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;
   path.direction = sample.wi;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Light paths, forward from a light: segments through gates (paper §4), vertices, and the branches that several exits make. One
-// emitted photon is one tree of light paths; each branch carries its own state q. The view side of the same rules is view_path.h.
+// Light paths, forward from a light: segments through gates (paper §4), vertices, and the branches that
+// several exits make. One emitted photon is one tree of light paths; each branch carries its own state q. The
+// view side of the same rules is view_path.h.
 #pragma once
 #include <array>
 #include <vector>
@@ -24,37 +25,48 @@ struct LightPath {
   V3d origin;
   V3f direction;
   V3f clearance{0};
-  Color flux;              // W
-  Color throughput{1};     // of materials alone, for roulette
+  Color flux;           // W
+  Color throughput{1};  // of materials alone, for roulette
   StateId q = 0;
-  Event last = Event::L;   // last event: the class of the next arrival
+  Event last = Event::L;     // last event: the class of the next arrival
   bool was_diffuse = false;  // a D before
-  int depth = 0;           // D, S, G events so far
-  int excluded_group = -1; // plane group that the segment starts on
-  double t_min = 0;        // gates beyond it count; -infinity on the first segment of light from infinity
-  int word = -1;           // its events, where a witness writes them down
-  int last_edit = -1;      // whose exit the branch came from
-  int at_edit = -1, at_exit = 0;  // just left this exit: entries in its plane come first (design §2, quads in one plane)
+  int depth = 0;             // D, S, G events so far
+  int excluded_group = -1;   // plane group that the segment starts on
+  double t_min = 0;          // gates beyond it count; -infinity on the first segment of light from infinity
+  int word = -1;             // its events, where a witness writes them down
+  int last_edit = -1;        // whose exit the branch came from
+  // just left this exit: entries in its plane come first (design §2, quads in one plane)
+  int at_edit = -1, at_exit = 0;
 };
 
-// What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list of the caller's.
+// What traces light paths on one of `threads` threads: scratch memory, states, counts. Photons go to a list
+// of the caller's.
 class alignas(64) LightTracer {  // threads write to theirs: no cache line is shared
  public:
   // Photons get their q from `shared_states`; null: nobody asks for it.
-  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads, PhotonStates* shared_states = nullptr)
-      : scene_(scene), settings_(settings), effects_(effects), shared_states_(shared_states), states_(scene.edits(), {state_memory_of_one(settings, threads)}) {
+  LightTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads,
+              PhotonStates* shared_states = nullptr)
+      : scene_(scene),
+        settings_(settings),
+        effects_(effects),
+        shared_states_(shared_states),
+        states_(scene.edits(), {state_memory_of_one(settings, threads)}) {
     counts.start(scene.edits().size());
   }
 
   // Follows one emitted photon to its ends and appends what it leaves behind. `scale` = 1 / paths per pass.
-  void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key, std::vector<Photon>& out, Witness* witness = nullptr);
+  void trace(const EmittedPhoton& photon, float scale, const Sampler& sampler, std::uint64_t key,
+             std::vector<Photon>& out, Witness* witness = nullptr);
 
   Counts counts;
   const LightTrusts* trust = nullptr;  // of the guide, which must live on
 
  private:
   [[nodiscard]] bool next_vertex(LightPath& path, Vertex& vertex) noexcept;
-  [[nodiscard]] bool asks(const LightPath& path) const noexcept { return witness_ || !states_.takes_none(path.q); }  // about the segment
+  // about the segment
+  [[nodiscard]] bool asks(const LightPath& path) const noexcept {
+    return witness_ || !states_.takes_none(path.q);
+  }
   // Apart from the rest, so that paths that nobody watches stay short.
   [[nodiscard, gnu::noinline]] bool is_lost(const LightPath& path) noexcept;
   [[nodiscard, gnu::noinline]] bool can_leave(LightPath& path) noexcept;
@@ -65,28 +77,33 @@ class alignas(64) LightTracer {  // threads write to theirs: no cache line is sh
     Color flux{0};
     double energy = 0;
   };
-  [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit, float weight) const noexcept;
+  [[nodiscard]] Copy copy_of(const LightPath& path, const Crossing& crossing, int exit,
+                             float weight) const noexcept;
   double push_light_copy(const LightPath& path, const Crossing& crossing, int exit, float weight) noexcept;
   [[nodiscard]] bool is_read(const LightPath& path, Arrival arrival, const Vertex& vertex) const noexcept;
   void store(const LightPath& path, const Vertex& vertex, std::vector<Photon>& out);
-  [[nodiscard]] bool take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample, const Color& weight) noexcept;
+  [[nodiscard]] bool take_lobe(LightPath& path, const Vertex& vertex, int lobe, const BsdfSample& sample,
+                               const Color& weight) noexcept;
   [[nodiscard]] bool scatter(LightPath& path, const Vertex& vertex, const Sampler& sampler) noexcept;
-  [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
+  [[nodiscard]] float random() noexcept {
+    return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32));
+  }
 
   const Scene& scene_;
   const TransportSettings& settings_;
   const Effects& effects_;
   PhotonStates* shared_states_;
-  StateTable states_;  // which notes the numbers that states have there
+  StateTable states_;           // which notes the numbers that states have there
   Witness* witness_ = nullptr;  // only where someone asks what arrives at an entry (arrivals.h)
   bool is_watched_ = false;     // someone asks what happens to the paths
   std::array<LightPath, split_budget + max_lobes> branches_;
   int branch_count_ = 0;
-  SplitBudget budget_;        // of exits
-  bool has_split_ = false;    // at glass
-  int light_ = 0;  // where the paths being traced started
+  SplitBudget budget_;      // of exits
+  bool has_split_ = false;  // at glass
+  int light_ = 0;           // where the paths being traced started
   Hit emitter_{};
-  std::uint64_t key_ = 0, draws_ = 0;  // of choices that must not move the dimensions of scattering: alpha, exits
+  // of choices that must not move the dimensions of scattering: alpha, exits
+  std::uint64_t key_ = 0, draws_ = 0;
 };
 
 }  // namespace sluice

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One pass = (photons, view samples), a pure function of scene, settings, guide and pass index (Knaus & Zwicker 2011: no statistics
-// are kept from pass to pass, so passes may run in any order and on any machine).
+// One pass = (photons, view samples), a pure function of scene, settings, guide and pass index (Knaus &
+// Zwicker 2011: no statistics are kept from pass to pass, so passes may run in any order and on any machine).
 #pragma once
 #include <vector>
 
@@ -13,20 +13,24 @@
 
 namespace sluice {
 
-// Names of the random keys: what a number is drawn for. What is found out before the first pass or after the last has a second name.
+// Names of the random keys: what a number is drawn for. What is found out before the first pass or after the
+// last has a second name.
 enum class Purpose : std::uint64_t { Photons = 1, View, PhotonChoices, ViewChoices, Pilot, Turns, Emission };
 enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Lights, Samples, Margin };
-[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, Purpose purpose, std::uint64_t a, std::uint64_t b = 0) noexcept {
+[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, Purpose purpose, std::uint64_t a,
+                                          std::uint64_t b = 0) noexcept {
   return mix(mix(mix(seed, static_cast<std::uint64_t>(purpose)), a), b);
 }
-[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, PilotPurpose purpose, std::uint64_t a = 0) noexcept {
+[[nodiscard]] inline std::uint64_t key_of(std::uint64_t seed, PilotPurpose purpose,
+                                          std::uint64_t a = 0) noexcept {
   return key_of(seed, Purpose::Pilot, static_cast<std::uint64_t>(purpose), a);
 }
 
 // The photons of a pass, sorted.
 struct PhotonSet {
-  PhotonMap all;   // every stored photon: what a gather segment's end reads
-  PhotonMap close;  // caustics and edited light, which the view path's own vertex reads, each photon by its own reach
+  PhotonMap all;  // every stored photon: what a gather segment's end reads
+  // caustics and edited light, which the view path's own vertex reads, each photon by its own reach
+  PhotonMap close;
   const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
 };
 

@@ -4,14 +4,21 @@
 namespace sluice {
 namespace {
 
-std::uint32_t buckets_for(std::size_t photons) { return std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::size_t>(photons, 64, 1u << 24))); }
+std::uint32_t buckets_for(std::size_t photons) {
+  return std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::size_t>(photons, 64, 1u << 24)));
+}
 
 }  // namespace
 
-void PhotonMap::build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& pool, const std::atomic<bool>& cancel) {
+void PhotonMap::build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& pool,
+                      const std::atomic<bool>& cancel) {
   photons_.clear(), has_reaches_ = false;
   const float inverse_cell = 1 / cell;
-  if (!for_each_taken(chunks, arrivals, [&](const Photon& photon, std::size_t i) { keys_[i] = hash(photon.position, inverse_cell); }, pool, cancel)) return;
+  if (!for_each_taken(
+          chunks, arrivals,
+          [&](const Photon& photon, std::size_t i) { keys_[i] = hash(photon.position, inverse_cell); }, pool,
+          cancel))
+    return;
   grids_[0] = {.inverse_cell = inverse_cell, .mask = buckets_for(keys_.size()) - 1};
   start_.assign(grids_[0].mask + 2, 0);
   for (std::uint32_t& key : keys_) key &= grids_[0].mask;
@@ -19,10 +26,13 @@ void PhotonMap::build(Chunks chunks, unsigned arrivals, float cell, ThreadPool& 
 }
 
 // How many are taken of the chunks before each; at the end, of all.
-std::vector<std::size_t> PhotonMap::offsets_of(Chunks chunks, unsigned arrivals, ThreadPool& pool, const std::atomic<bool>& cancel) {
+std::vector<std::size_t> PhotonMap::offsets_of(Chunks chunks, unsigned arrivals, ThreadPool& pool,
+                                               const std::atomic<bool>& cancel) {
   std::vector<std::size_t> offsets(chunks.size() + 1, 0);
   pool.parallel_for(chunks.size(), [&](std::size_t c, int) {
-    if (!cancel) offsets[c + 1] = static_cast<std::size_t>(std::ranges::count_if(chunks[c], [arrivals](const Photon& photon) { return takes(arrivals, photon); }));
+    if (!cancel)
+      offsets[c + 1] = static_cast<std::size_t>(std::ranges::count_if(
+          chunks[c], [arrivals](const Photon& photon) { return takes(arrivals, photon); }));
   });
   for (std::size_t c = 0; c < chunks.size(); ++c) offsets[c + 1] += offsets[c];
   return offsets;
@@ -88,27 +98,33 @@ void PhotonMap::put(std::uint32_t to, const Photon& photon) noexcept {
 
 std::size_t PhotonMap::bytes() const noexcept {
   std::size_t columns = start_.capacity() + keys_.capacity() + normal_.capacity() + tag_.capacity();
-  for (const auto* column : {&x_, &y_, &z_, &per_reach2_, &flux_[0], &flux_[1], &flux_[2], &reach_}) columns += column->capacity();
+  for (const auto* column : {&x_, &y_, &z_, &per_reach2_, &flux_[0], &flux_[1], &flux_[2], &reach_})
+    columns += column->capacity();
   return photons_.capacity() * sizeof(Photon) + columns * sizeof(float);
 }
 
-// Runs of photons that may lie there, on their way into the cache. Most rows of cells are empty where photons are few.
-int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent, std::span<Range> out) const noexcept {
+// Runs of photons that may lie there, on their way into the cache. Most rows of cells are empty where photons
+// are few.
+int PhotonMap::ranges(const Grid& grid, const V3f& p, const V3f& extent,
+                      std::span<Range> out) const noexcept {
   const auto cell = [&grid](float x) { return cell_of(x, grid.inverse_cell); };
   const std::int32_t x0 = cell(p.x - extent.x), x1 = cell(p.x + extent.x);
   const std::int32_t y0 = cell(p.y - extent.y), y1 = cell(p.y + extent.y);
   const std::int32_t z0 = cell(p.z - extent.z), z1 = cell(p.z + extent.z);
-  const std::uint32_t buckets = grid.mask + 1, width = std::min(static_cast<std::uint32_t>(x1 - x0 + 1), buckets);
+  const std::uint32_t buckets = grid.mask + 1,
+                      width = std::min(static_cast<std::uint32_t>(x1 - x0 + 1), buckets);
   std::size_t n = 0;
   const auto add = [&](std::uint32_t first, std::uint32_t last) {
     const Range row{start_[grid.first + first], start_[grid.first + last]};
     if (row.begin == row.end) return;
-    __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]), __builtin_prefetch(&z_[row.begin]);
+    __builtin_prefetch(&x_[row.begin]), __builtin_prefetch(&y_[row.begin]),
+        __builtin_prefetch(&z_[row.begin]);
     std::size_t at = n++;  // by where they begin; there are few
     for (; at > 0 && out[at - 1].begin > row.begin; --at) out[at] = out[at - 1];
     out[at] = row;
   };
-  if (std::int64_t{y1 - y0 + 1} * (z1 - z0 + 1) > max_ranges / 2) {  // a radius far beyond the cells: everything, once
+  // a radius far beyond the cells: everything, once
+  if (std::int64_t{y1 - y0 + 1} * (z1 - z0 + 1) > max_ranges / 2) {
     add(0, buckets);
     return static_cast<int>(n);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where view samples go: how many of a pass each block of pixels takes, and how many lights and gather segments each, as a pilot pass found
-// noise there. Fixed before the first pass like the rest of the guide and made of samples of its own, so the picture's mean stays what it is
-// (no sample decides about itself).
+// Where view samples go: how many of a pass each block of pixels takes, and how many lights and gather
+// segments each, as a pilot pass found noise there. Fixed before the first pass like the rest of the guide
+// and made of samples of its own, so the picture's mean stays what it is (no sample decides about itself).
 #pragma once
 #include <vector>
 
@@ -10,15 +10,21 @@
 namespace sluice {
 
 struct SampleCount {
-  static constexpr std::uint8_t by_turns = 0;  // one gather segment in every second pass: bundles share them (bundle.h)
+  // one gather segment in every second pass: bundles share them (bundle.h)
+  static constexpr std::uint8_t by_turns = 0;
 
-  std::uint8_t samples = 1;        // of a pixel
-  std::uint8_t light_samples = 1;  // of each of those by next-event estimation at v, where that is most of the noise
+  std::uint8_t samples = 1;  // of a pixel
+  // of each of those by next-event estimation at v, where that is most of the noise
+  std::uint8_t light_samples = 1;
   std::uint8_t gather_segments = by_turns;  // of each of those, where indirect light is
   std::uint8_t emission_samples = 0;  // of a pixel, of emission alone; 0: the samples above see emission too
 
-  [[nodiscard]] float mean_segments() const noexcept { return gather_segments == by_turns ? 0.5f : static_cast<float>(gather_segments); }
-  [[nodiscard]] std::uint64_t hash() const noexcept { return mix(mix(mix(samples, light_samples), gather_segments), emission_samples); }
+  [[nodiscard]] float mean_segments() const noexcept {
+    return gather_segments == by_turns ? 0.5f : static_cast<float>(gather_segments);
+  }
+  [[nodiscard]] std::uint64_t hash() const noexcept {
+    return mix(mix(mix(samples, light_samples), gather_segments), emission_samples);
+  }
 };
 
 class SampleMap {
@@ -27,10 +33,15 @@ class SampleMap {
 
   SampleMap() = default;  // one sample everywhere
   // `side`: of a block, in pixels.
-  SampleMap(int side, std::size_t blocks_x, std::vector<SampleCount> counts) : side_(side), blocks_x_(blocks_x), counts_(std::move(counts)) {}
+  SampleMap(int side, std::size_t blocks_x, std::vector<SampleCount> counts)
+      : side_(side), blocks_x_(blocks_x), counts_(std::move(counts)) {}
 
   // What pixel (x, y) of the full frame takes in each pass.
-  [[nodiscard]] SampleCount at(int x, int y) const noexcept { return counts_.empty() ? SampleCount{} : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ + static_cast<std::size_t>(x / side_)]; }
+  [[nodiscard]] SampleCount at(int x, int y) const noexcept {
+    return counts_.empty() ? SampleCount{}
+                           : counts_[static_cast<std::size_t>(y / side_) * blocks_x_ +
+                                     static_cast<std::size_t>(x / side_)];
+  }
   [[nodiscard]] std::uint64_t hash() const noexcept {
     std::uint64_t h = 0;
     for (const SampleCount& count : counts_) h = mix(h, count.hash());

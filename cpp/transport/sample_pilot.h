@@ -8,9 +8,10 @@
 
 namespace sluice {
 
-// Looks at the full frame, also under a border. `first`, `photons`: of the first pass. (That its samples are placed by what its own photons
-// show is no bias: whatever these are, the mean of a pixel's samples has the same expectation for any number of them.) Cancelled: one
-// sample everywhere.
-[[nodiscard]] SampleMap place_samples(const PassContext& first, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel);
+// Looks at the full frame, also under a border. `first`, `photons`: of the first pass. (That its samples are
+// placed by what its own photons show is no bias: whatever these are, the mean of a pixel's samples has the
+// same expectation for any number of them.) Cancelled: one sample everywhere.
+[[nodiscard]] SampleMap place_samples(const PassContext& first, const PhotonSet& photons, ThreadPool& pool,
+                                      const std::atomic<bool>& cancel);
 
 }  // namespace sluice

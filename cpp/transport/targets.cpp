@@ -11,7 +11,9 @@
 namespace sluice {
 namespace {
 
-std::array<V3d, 4> corners_of(const Quad& quad) { return {quad.point({0, 0}), quad.point({1, 0}), quad.point({0, 1}), quad.point({1, 1})}; }
+std::array<V3d, 4> corners_of(const Quad& quad) {
+  return {quad.point({0, 0}), quad.point({1, 0}), quad.point({0, 1}), quad.point({1, 1})};
+}
 
 // Around all spheres of a group.
 Target sphere_around(std::span<const Target> group) {
@@ -36,7 +38,8 @@ std::size_t split(std::span<Target> group) {
 }  // namespace
 
 Target sphere_around(const Quad& quad) {
-  const double diagonal = std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
+  const double diagonal =
+      std::max((quad.edge_u + quad.edge_v).length(), (quad.edge_u - quad.edge_v).length());
   return {quad.point({0.5, 0.5}), static_cast<float>(0.5001 * diagonal)};
 }
 
@@ -57,13 +60,16 @@ std::vector<Target> clustered(std::vector<Target> spheres, std::size_t max_count
     groups.push_back({high, sphere_around(std::span<const Target>(high))});
   }
   std::vector<Target> out;
-  for (const Group& group : groups) out.push_back(group.members.size() == 1 ? group.members[0] : group.sphere);
+  for (const Group& group : groups)
+    out.push_back(group.members.size() == 1 ? group.members[0] : group.sphere);
   return out;
 }
 
 std::vector<Target> specular_targets(const Scene& scene, std::size_t max_count) {
   std::vector<Target> found;
-  const auto is_specular = [&](std::uint32_t material) { return scene.materials()[material].has_lobes(followed); };
+  const auto is_specular = [&](std::uint32_t material) {
+    return scene.materials()[material].has_lobes(followed);
+  };
   for (std::size_t i = 0; i < scene.instance_count(); ++i) {
     if (!std::ranges::any_of(scene.instance_materials(i), is_specular)) continue;
     const Bounds& b = scene.instance_bounds(i);
@@ -72,7 +78,8 @@ std::vector<Target> specular_targets(const Scene& scene, std::size_t max_count) 
   return clustered(std::move(found), max_count);
 }
 
-// Out there light has met nothing: only entries that take it right after L matter, and those that other such entries send it to.
+// Out there light has met nothing: only entries that take it right after L matter, and those that other such
+// entries send it to.
 FarEntries find_far_entries(const Scene& scene) {
   const Edits& edits = scene.edits();
   const Target surfaces = whole_scene(scene);
@@ -82,9 +89,13 @@ FarEntries find_far_entries(const Scene& scene) {
     const Edit& edit = edits[e];
     const auto corners = corners_of(edit.entry);
     const auto is_outside = [&](const V3d& p) { return (p - surfaces.centre).length() > surfaces.radius; };
-    if (edit.side != Side::Light || (edit.exits.empty() && !edit.is_partial) || std::ranges::none_of(corners, is_outside)) continue;
+    if (edit.side != Side::Light || (edit.exits.empty() && !edit.is_partial) ||
+        std::ranges::none_of(corners, is_outside))
+      continue;
     for (const int light : scene.infinite_lights()) {
-      if (!contains(edits.takers_after(Side::Light, edits.event_class(Event::L, scene.light_entity(light))), e)) continue;
+      if (!contains(edits.takers_after(Side::Light, edits.event_class(Event::L, scene.light_entity(light))),
+                    e))
+        continue;
       far.is_for[static_cast<std::size_t>(light)] = 1;
       for (const V3d& corner : corners) bounds.add(corner);
     }
@@ -95,8 +106,10 @@ FarEntries find_far_entries(const Scene& scene) {
 
 double flux_into(const Light& light, const Target& sphere) noexcept {
   const double disk = std::numbers::pi * square(static_cast<double>(sphere.radius));
-  if (is_infinite(light)) return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);  // a world's on all sides
-  const double radius = static_cast<double>(sphere.radius) + light.reach, distance2 = (sphere.centre - light.middle).length2();
+  // a world's on all sides
+  if (is_infinite(light)) return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);
+  const double radius = static_cast<double>(sphere.radius) + light.reach,
+               distance2 = (sphere.centre - light.middle).length2();
   const double sine2 = square(radius) / std::max(distance2, 1e-300);
   if (sine2 >= 1) return light.power;
   const double solid_angle = 2 * std::numbers::pi * sine2 / (1 + std::sqrt(1 - sine2));
@@ -116,9 +129,11 @@ Guide aim_at(const Scene& scene, const Target& place, std::span<const Target> ot
   guide.targets.push_back(place);
   guide.targets.insert(guide.targets.end(), others.begin(), others.end());
   std::vector<float> shares, strategy = {own, others.empty() ? 1 - own : (1 - own) / 2};
-  for (std::size_t i = 0; i < others.size(); ++i) strategy.push_back((1 - own) / 2 / static_cast<float>(others.size()));
+  for (std::size_t i = 0; i < others.size(); ++i)
+    strategy.push_back((1 - own) / 2 / static_cast<float>(others.size()));
   strategy.push_back(0);  // no light's useful directions are known
-  for (const double possible : possible_shares(scene, place)) shares.push_back(static_cast<float>(possible + 1 / static_cast<double>(scene.lights().size())));
+  for (const double possible : possible_shares(scene, place))
+    shares.push_back(static_cast<float>(possible + 1 / static_cast<double>(scene.lights().size())));
   guide.lights = Distribution(shares);
   guide.strategies.assign(shares.size(), Distribution(strategy));
   guide.aims.resize(shares.size());

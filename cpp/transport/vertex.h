@@ -10,7 +10,8 @@ struct Vertex {
   Hit hit;
   SurfacePoint point;
   Bsdf bsdf;
-  float pass_chance = 0;  // that a path passes straight through what is transparent here (alpha; no event, design §3)
+  // that a path passes straight through what is transparent here (alpha; no event, design §3)
+  float pass_chance = 0;
 };
 
 [[nodiscard]] inline float average(const Color& c) noexcept { return (c.x + c.y + c.z) * (1.0f / 3); }
@@ -24,7 +25,8 @@ struct Vertex {
 // Which way flux flows: light paths carry it from wo to wi, view paths look against it.
 enum class Carries : std::uint8_t { Flux, Radiance };
 
-inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool camera_ray, Carries carries, Vertex& vertex) noexcept {
+inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool camera_ray, Carries carries,
+                        Vertex& vertex) noexcept {
   vertex.hit = hit;
   scene.surface_point(hit, wo, camera_ray, vertex.point);
   vertex.point.photon = carries == Carries::Flux;
@@ -32,10 +34,13 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
   vertex.pass_chance = chance_to_pass(vertex.bsdf);
 }
 
-// The side from which light can matter at the vertex, for the choice of lights: ng, or 0 where some lobe lets light through.
+// The side from which light can matter at the vertex, for the choice of lights: ng, or 0 where some lobe lets
+// light through.
 [[nodiscard]] inline V3f lit_side(const Bsdf& bsdf) noexcept {
   for (int i = 0; i < bsdf.count; ++i)
-    if (!bsdf.lobes[i].delta && std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape)) return V3f(0);
+    if (!bsdf.lobes[i].delta &&
+        std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape))
+      return V3f(0);
   return bsdf.ng;
 }
 

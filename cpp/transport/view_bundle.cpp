@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gather segments of a bundle. A point y that one sample found is light for every sample of the same surface that sees it: each way from
-// a v to y is weighted by the density with which all of them together would have found that y (balance heuristic), so nothing is counted
-// twice and each sample alone would still find everything. A way counts if nothing lies on it and no entry from y to the eye would take any
-// of the light: a v whose way fails is left out, of the light and of the density, whoever found y. If the finder's own way fails, y stays
-// its own; so does the light of photons at a y that does not look the same from all. (Which photons there are at y depends on the finder's
-// radius: near entries that take only some of them, all this holds as radii shrink.)
+// Gather segments of a bundle. A point y that one sample found is light for every sample of the same surface
+// that sees it: each way from a v to y is weighted by the density with which all of them together would have
+// found that y (balance heuristic), so nothing is counted twice and each sample alone would still find
+// everything. A way counts if nothing lies on it and no entry from y to the eye would take any of the light:
+// a v whose way fails is left out, of the light and of the density, whoever found y. If the finder's own way
+// fails, y stays its own; so does the light of photons at a y that does not look the same from all. (Which
+// photons there are at y depends on the finder's radius: near entries that take only some of them, all this
+// holds as radii shrink.)
 #include <algorithm>
 #include <utility>
 
@@ -13,15 +15,17 @@
 namespace sluice {
 namespace {
 
-constexpr std::size_t most_near = 8;        // entries that a way asks one by one
-constexpr float least_cosine_at_y = 0.02f;  // closer to grazing its shading normal depends on who looks (surface.cpp)
-// Angles (rad) between two directions from y that are taken for one: a bias that shrinks with the radii, and blurs nothing beyond the bundle's
-// pixels.
-constexpr float cone_of_photons = 0.3f, cone_of_width = 1.5f;  // for the photons' light, which y throws as to its finder: this, or so many widths of a sharp lobe
-constexpr float cone_of_lobes = 0.1f;                          // for the weights of y's lobes
+constexpr std::size_t most_near = 8;  // entries that a way asks one by one
+// closer to grazing its shading normal depends on who looks (surface.cpp)
+constexpr float least_cosine_at_y = 0.02f;
+// Angles (rad) between two directions from y that are taken for one: a bias that shrinks with the radii, and
+// blurs nothing beyond the bundle's pixels. for the photons' light, which y throws as to its finder: this, or
+// so many widths of a sharp lobe
+constexpr float cone_of_photons = 0.3f, cone_of_width = 1.5f;
+constexpr float cone_of_lobes = 0.1f;  // for the weights of y's lobes
 
-// A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all directions see the same. Nodes
-// may make weights and colours of the direction, too.
+// A bound on the angle (rad) over which what the lobes of y send out changes little; infinite where all
+// directions see the same. Nodes may make weights and colours of the direction, too.
 float least_width(const Material& material, const Vertex& y) noexcept {
   float least = material.sees_direction() ? 1.0f : infinity;
   for (int i = 0; i < y.bsdf.count; ++i) {
@@ -57,10 +61,13 @@ bool ViewTracer::connect(const Seer& to, Connection& way) const noexcept {
 // May the light of the path's vertex come from gather segments of the whole bundle? Then it takes part in it.
 bool ViewTracer::join_bundle(const ViewPath& path) noexcept {
   Seer& seer = seers_[seer_count_];
-  if (bundle_.size() == 1 || path.gates > 0 || !effects_.indirect || !kinds_of(seer.v) || seer_count_ == most_seers) return false;
+  if (bundle_.size() == 1 || path.gates > 0 || !effects_.indirect || !kinds_of(seer.v) ||
+      seer_count_ == most_seers)
+    return false;
   ++seer_count_;
   seer.sample = at_, seer.path = path;
-  seer.word = mix(path.word, (static_cast<std::uint64_t>(scene_.entity(seer.v.hit)) + 1) << 8 | kinds_of(seer.v));
+  seer.word =
+      mix(path.word, (static_cast<std::uint64_t>(scene_.entity(seer.v.hit)) + 1) << 8 | kinds_of(seer.v));
   return true;
 }
 
@@ -72,7 +79,7 @@ void ViewTracer::keep_far_end(const Arms& arms, const BsdfSample& sample, bool m
   far.width = least_width(scene_.material(far.y.hit), far.y);
   far.arms = arms;
   far.straight.count = 0;
-  for (std::size_t i = 0; Arm& arm : far.arms) {
+  for (std::size_t i = 0; Arm & arm : far.arms) {
     far.light[i].picture = Color(0);
     far.light[i].layers.assign(scene_.edits().layers().size(), Color(0));
     far.light[i].taken.clear();
@@ -88,8 +95,8 @@ void ViewTracer::note_state(StateId q) {
   if (effects_.light_edits && std::ranges::find(known, q) == known.end()) known.push_back(q);
 }
 
-// Which states it leaves y in, by any of its lobes, who would take it then, and where: all ways end at y, so they lie in a cone round the
-// finder's.
+// Which states it leaves y in, by any of its lobes, who would take it then, and where: all ways end at y, so
+// they lie in a cone round the finder's.
 void ViewTracer::find_takers(const Seer& finder) {
   FarEnd& far = far_end_;
   if (std::exchange(far.knows_takers, true)) return;
@@ -109,15 +116,18 @@ void ViewTracer::find_takers(const Seer& finder) {
   const V3d axis = far.y.hit.position - finder.v.hit.position;
   double radius2 = 0;
   for (const Seer& other : std::span(seers_).first(seer_count_))
-    if (other.word == finder.word) radius2 = std::max(radius2, (other.v.hit.position - finder.v.hit.position).length2());
+    if (other.word == finder.word)
+      radius2 = std::max(radius2, (other.v.hit.position - finder.v.hit.position).length2());
   ++counts.edit_queries;
   const Segment segment{finder.v.hit.position, axis.normalized(), 0, axis.length(), -1};
-  far.has_all_near = scene_.edits().entries_in_cone(Side::Light, segment, std::sqrt(radius2), far.takers, most_near, far.near_entries);
+  far.has_all_near = scene_.edits().entries_in_cone(Side::Light, segment, std::sqrt(radius2), far.takers,
+                                                    most_near, far.near_entries);
 }
 
 // Would an entry take some of the light, between y and v or between v and the eye?
 inline bool ViewTracer::is_taken(const Connection& way, const Seer& finder) {
-  return (joins_.is_constrained(way.to->path.joins) || far_end_.may_be_taken) && ask_entries(way, finder);  // seldom: apart, so that it costs no call
+  // seldom: apart, so that it costs no call
+  return (joins_.is_constrained(way.to->path.joins) || far_end_.may_be_taken) && ask_entries(way, finder);
 }
 bool ViewTracer::ask_entries(const Connection& way, const Seer& finder) {
   find_takers(finder);
@@ -127,7 +137,8 @@ bool ViewTracer::ask_entries(const Connection& way, const Seer& finder) {
     bool arrives = true;
     for_each_event(kinds_of(seer.v), [&](Event e) {
       const int joins = event_at(seer.path.joins, seer.v, e);
-      for (const StateId state : far.states) arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
+      for (const StateId state : far.states)
+        arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
     });
     if (!arrives) return true;
   }
@@ -135,7 +146,8 @@ bool ViewTracer::ask_entries(const Connection& way, const Seer& finder) {
   ++counts.edit_queries;
   const Segment segment{seer.v.hit.position, V3d(way.wi), 0, way.distance, -1};
   const Edits& edits = scene_.edits();
-  return far.has_all_near ? edits.any_of_entries_crossed(Side::Light, segment, far.near_entries) : edits.any_entry_crossed(Side::Light, segment, far.takers);
+  return far.has_all_near ? edits.any_of_entries_crossed(Side::Light, segment, far.near_entries)
+                          : edits.any_entry_crossed(Side::Light, segment, far.takers);
 }
 
 // When all are known that may see what the segments find.
@@ -152,7 +164,9 @@ void ViewTracer::gather_together() {
 // The light of the y that `finder` found, to all that see it.
 void ViewTracer::share(const Seer& finder) {
   FarEnd& far = far_end_;
-  const bool has_photons = !std::ranges::all_of(far.arms, [&](const Arm& arm) { return is_black(far.light_of(arm).picture); });  // layers are parts of it
+  // layers are parts of it
+  const bool has_photons =
+      !std::ranges::all_of(far.arms, [&](const Arm& arm) { return is_black(far.light_of(arm).picture); });
   if (!has_photons && far.straight.count == 0) return;
   std::array<Connection, most_seers> ways;
   std::size_t count = 0;
@@ -183,15 +197,17 @@ void ViewTracer::share(const Seer& finder) {
     if (!way.is_open) continue;
     const Bsdf& bsdf = lobes_towards(-way.wi);
     for (const Arm& arm : far.arms) {
-      const Color factor = eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density);
+      const Color factor =
+          eval(way.to->v.bsdf, way.to->v.point.wo, way.wi, arm.lobes) * (way.geometry / density);
       if (shares_photons) receive(*way.to, far.light_of(arm), factor);
       throw_straight_light(arm, bsdf, -way.wi, *way.to, factor);
     }
   }
 }
 
-// Do all that could share y see the same light of its photons? Asked of all, lit or not, so that it does not matter who found y. (Where
-// roughness depends on the direction it may, near the limit: a bias of the same kind.)
+// Do all that could share y see the same light of its photons? Asked of all, lit or not, so that it does not
+// matter who found y. (Where roughness depends on the direction it may, near the limit: a bias of the same
+// kind.)
 bool ViewTracer::sees_same_photons(const Seer& finder) const noexcept {
   const FarEnd& far = far_end_;
   if (!std::isfinite(far.width)) return true;
@@ -205,22 +221,28 @@ bool ViewTracer::sees_same_photons(const Seer& finder) const noexcept {
   });
 }
 
-// Of y, seen from wo: as its finder sees them, unless they depend on the direction and that is too far from the finder's.
+// Of y, seen from wo: as its finder sees them, unless they depend on the direction and that is too far from
+// the finder's.
 const Bsdf& ViewTracer::lobes_towards(const V3f& wo) noexcept {
   const FarEnd& far = far_end_;
-  const bool differ = far.straight.count > 0 && scene_.material(far.y.hit).sees_direction() && wo.dot(far.y.point.wo) < std::cos(cone_of_lobes * radius_scale_);
+  const bool differ = far.straight.count > 0 && scene_.material(far.y.hit).sees_direction() &&
+                      wo.dot(far.y.point.wo) < std::cos(cone_of_lobes * radius_scale_);
   if (!differ) return far.y.bsdf;
   make_vertex(scene_, far.y.hit, wo, false, Carries::Radiance, far_);
   return far_.bsdf;
 }
 
 // The straight light that leaves y by wo for one arm, on to the eye.
-void ViewTracer::throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor) {
+void ViewTracer::throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to,
+                                      const Color& factor) {
   const StraightLight& straight = far_end_.straight;
   if (straight.count == 0) return;
-  outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)), outgoing_.taken.clear();
+  outgoing_.picture = Color(0), outgoing_.layers.assign(scene_.edits().layers().size(), Color(0)),
+  outgoing_.taken.clear();
   for (const StraightLight::Share& share : std::span(straight.shares).first(straight.count))
-    if (share.arm == arm.index) put(outgoing_, eval(bsdf, wo, straight.wi, mask_of(share.event)) * straight.arriving, share.q, share.images);
+    if (share.arm == arm.index)
+      put(outgoing_, eval(bsdf, wo, straight.wi, mask_of(share.event)) * straight.arriving, share.q,
+          share.images);
   receive(to, outgoing_, factor);
 }
 
@@ -230,7 +252,8 @@ void ViewTracer::put(Outgoing& light, const Color& radiance, StateId q, ImageSet
     light.picture += radiance;
     credit_outgoing(light, radiance, q);
   }
-  for (ImageSet layers = images >> 1; layers; layers &= layers - 1) light.layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
+  for (ImageSet layers = images >> 1; layers; layers &= layers - 1)
+    light.layers[static_cast<std::size_t>(std::countr_zero(layers))] += radiance;
 }
 
 void ViewTracer::credit_outgoing(Outgoing& light, const Color& radiance, StateId q) {
@@ -263,7 +286,8 @@ void ViewTracer::receive(const Seer& seer, const Outgoing& light, const Color& f
   BundleMember& member = members_[seer.sample];
   add_up(member.sample.parts[static_cast<std::size_t>(Part::Indirect)], radiance);
   for (std::size_t l = 0; l < member.layers.size(); ++l) add_up(member.layers[l], light.layers[l] * whole);
-  for (const auto& [edit, part] : light.taken) counts.of_edit(static_cast<int>(edit)).shown += luminance(part * whole) * bundle_[seer.sample].share;
+  for (const auto& [edit, part] : light.taken)
+    counts.of_edit(static_cast<int>(edit)).shown += luminance(part * whole) * bundle_[seer.sample].share;
 }
 
 }  // namespace sluice

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gates on view segments. Light edits are met backward (design §2 and §5): at a plane of quads light may have come straight through,
-// passing every entry there, or out of an exit, taken by that edit's entry; both continue, and C remembers which light that was.
-// View edits are met forward from the eye, as paper §4 has it.
+// Gates on view segments. Light edits are met backward (design §2 and §5): at a plane of quads light may have
+// come straight through, passing every entry there, or out of an exit, taken by that edit's entry; both
+// continue, and C remembers which light that was. View edits are met forward from the eye, as paper §4 has
+// it.
 #include <algorithm>
 #include <utility>
 
@@ -9,22 +10,25 @@
 
 namespace sluice {
 
-// No state left for the path, or a view edit's entry in the plane of the exit where it starts takes it: then it does not go on from here.
+// No state left for the path, or a view edit's entry in the plane of the exit where it starts takes it: then
+// it does not go on from here.
 bool ViewTracer::can_leave(ViewPath& path) {
   if (path.state == StateTable::dead) {
     ++counts.states_capped;
     return false;
   }
   if (path.at_edit < 0) return true;
-  const auto crossing = scene_.edits().first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
+  const auto crossing =
+      scene_.edits().first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
   path.at_edit = -1;
   if (crossing) meet_view_edit(path, *crossing);
   return !crossing;
 }
 
-// Is there a gate of light edits on the segment? An entry alone is one only for light that starts at the segment's far end (null:
-// nothing there) or at a lamp; behind an exit any may be.
-bool ViewTracer::meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps) {
+// Is there a gate of light edits on the segment? An entry alone is one only for light that starts at the
+// segment's far end (null: nothing there) or at a lamp; behind an exit any may be.
+bool ViewTracer::meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment,
+                                  const Vertex* far, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
   if (asks.exits) {
     ++counts.edit_queries;
@@ -46,7 +50,8 @@ bool ViewTracer::meets_exit(const ViewPath& path, const Segment& segment) const 
 }
 
 // The gates on a segment in the order of the ray, and the lamps between them.
-ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far, std::span<LampHit> lamps) {
+ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far,
+                                         std::span<LampHit> lamps) {
   const Edits& edits = scene_.edits();
   Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
   std::optional<Crossing> capture;
@@ -66,7 +71,9 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, doubl
     edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
     for (std::size_t i = 0; i < crossings_.size();) {
       std::size_t end = i + 1;
-      while (end < crossings_.size() && crossings_[end].group == crossings_[i].group && crossings_[end].t == crossings_[i].t) ++end;
+      while (end < crossings_.size() && crossings_[end].group == crossings_[i].group &&
+             crossings_[end].t == crossings_[i].t)
+        ++end;
       collect_lamps(crossings_[i].t);
       const Went went = cross_plane(path, std::span(crossings_).subspan(i, end - i));
       if (went != Went::Straight) return went;
@@ -79,11 +86,12 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, doubl
   return Went::Nowhere;
 }
 
-// Entries and exits of light edits at one point of one plane. Pushes the ways light may have come out of a gate here and leaves `path`
-// on the straight way; above the split budget one way is chosen, with weight.
+// Entries and exits of light edits at one point of one plane. Pushes the ways light may have come out of a
+// gate here and leaves `path` on the straight way; above the split budget one way is chosen, with weight.
 ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossing> plane) {
   const Edits& edits = scene_.edits();
-  const auto way = [&](const Crossing& c) -> float {  // weight with which light comes this way through the gate; 0: it cannot
+  // weight with which light comes this way through the gate; 0: it cannot
+  const auto way = [&](const Crossing& c) -> float {
     if (c.edit == path.own_entry || !may_take(path, c)) return 0;
     const float taken = edits[c.edit].is_partial ? edits.weight(c.edit, c.uv) : 1;
     return c.exit == QuadId::entry ? 1 - taken : taken;
@@ -92,12 +100,14 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
   float all = 1;  // weight of all ways, the straight one's is 1
   for (const Crossing& c : plane)
     if (const float weight = way(c); weight > 0) ++ways, all += weight;
-  if (path.gates >= edits.max_gates()) counts.gates_capped += static_cast<std::uint64_t>(std::exchange(ways, 0));
+  if (path.gates >= edits.max_gates())
+    counts.gates_capped += static_cast<std::uint64_t>(std::exchange(ways, 0));
   if (!budget_.spend(ways)) {
     ++counts.split_capped;
     float at = random() * all - 1;
     for (auto c = plane.begin(); at >= 0 && c != plane.end(); ++c)
-      if (const float weight = way(*c); weight > 0 && (at -= weight) < 0) return go_backward(path, plane, *c, all) ? Went::Elsewhere : Went::Nowhere;
+      if (const float weight = way(*c); weight > 0 && (at -= weight) < 0)
+        return go_backward(path, plane, *c, all) ? Went::Elsewhere : Went::Nowhere;
     path.weight *= all;
   } else if (ways > 0) {
     for (const Crossing& c : plane) {
@@ -119,24 +129,29 @@ bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const 
   return edit.repeat || !joins_.uses(path.joins, crossing.edit);
 }
 
-// Light went straight past the plane's entries, or past those between an exit and the entry that the path came out of: entries of a
-// higher order than that one are not crossed (design §2).
+// Light went straight past the plane's entries, or past those between an exit and the entry that the path
+// came out of: entries of a higher order than that one are not crossed (design §2).
 int ViewTracer::pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except) {
   int joins = path.joins;
   const auto is_below = [&](const Crossing& c) {  // of equals, the first described
-    return path.own_entry < 0 || std::pair(c.order, c.edit) < std::pair(scene_.edits()[path.own_entry].order, path.own_entry);
+    return path.own_entry < 0 ||
+           std::pair(c.order, c.edit) < std::pair(scene_.edits()[path.own_entry].order, path.own_entry);
   };
   for (const Crossing& c : plane)
-    if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && is_below(c)) joins = joins_.passed(joins, c.edit);
+    if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && is_below(c))
+      joins = joins_.passed(joins, c.edit);
   return joins;
 }
 
 // Backward through a gate: to where its entry took the light. False: nothing comes that way.
-bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& crossing, float weight) {
+bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& crossing,
+                             float weight) {
   const bool is_straight = crossing.exit == QuadId::entry;  // the implicit exit of a partial entry
   std::optional<Passage> passage;
   if (is_straight)
-    passage = Passage{.position = path.origin + V3d(path.direction) * crossing.t, .direction = path.direction, .group = crossing.group};
+    passage = Passage{.position = path.origin + V3d(path.direction) * crossing.t,
+                      .direction = path.direction,
+                      .group = crossing.group};
   else
     passage = scene_.edits().backward(crossing.edit, crossing.exit, crossing.uv, path.direction);
   if (!passage) {
@@ -144,7 +159,8 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
     return false;
   }
   path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
-  if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);  // its F is an event of the view word too
+  // its F is an event of the view word too
+  if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);
   path.own_entry = path.last_edit = crossing.edit;
   apply_gate(path, *passage, weight);
   return !is_black(path.weight);
@@ -189,7 +205,8 @@ void ViewTracer::apply_gate(ViewPath& path, const Passage& passage, float weight
   path.origin = passage.position, path.direction = passage.direction, path.clearance = V3f(0);
   path.t_max = std::numeric_limits<double>::infinity();
   path.excluded_group = passage.group;
-  path.lobe_pdf = 0;  // next-event estimation runs straight through exits: it cannot find what lies behind a gate
+  // next-event estimation runs straight through exits: it cannot find what lies behind a gate
+  path.lobe_pdf = 0;
   path.is_camera = false;
 }
 

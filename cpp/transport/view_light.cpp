@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The estimators of design §5 at v, the view path's vertex with gathering lobes, beside direct light (view_direct.cpp): caustics and edited
-// light (photon density at v), and indirect light (gather segments to y; next-event estimation and photon density there).
+// The estimators of design §5 at v, the view path's vertex with gathering lobes, beside direct light
+// (view_direct.cpp): caustics and edited light (photon density at v), and indirect light (gather segments to
+// y; next-event estimation and photon density there).
 #include <algorithm>
 
 #include "transport/radii.h"
@@ -25,7 +26,8 @@ void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radian
 
 ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
   const auto [at_eye, fate, taker] = joins_.arrive(states_, q, joins);
-  if (fate == Joins::Fate::StatesCapped && !joins_.is_constrained(joins)) return {picture, at_eye, fate};  // lost to the layers alone
+  // lost to the layers alone
+  if (fate == Joins::Fate::StatesCapped && !joins_.is_constrained(joins)) return {picture, at_eye, fate};
   if (fate != Joins::Fate::Arrives) return {0, at_eye, fate, taker};
   if (!effects_.layers) return {picture, at_eye};
   const StateId whole = states_.next(at_eye, scene_.edits().event_class(Event::E, -1));
@@ -42,7 +44,8 @@ ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
 void ViewTracer::join_run(PhotonRun& run, int joins) noexcept {
   run.to = join_photon(run.q, joins);
   run.to.images &= run.asked;
-  run.is_plain = run.sums && run.to.images == picture && run.to.fate == Joins::Fate::Arrives && states_.gates(run.to.q) == 0;
+  run.is_plain = run.sums && run.to.images == picture && run.to.fate == Joins::Fate::Arrives &&
+                 states_.gates(run.to.q) == 0;
 }
 
 // For a state of the pass's photons. Remembered while C stays the same.
@@ -56,8 +59,8 @@ ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept 
   return memo_[q];
 }
 
-// Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all of them, so that layers
-// change no bit of it.
+// Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all
+// of them, so that layers change no bit of it.
 Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex, ImageSet images) {
   Few<LobeGroup> groups;
   const bool is_apart = joins_.is_constrained(joins);
@@ -65,7 +68,8 @@ Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex
   if (!is_apart && !effects_.layers) {
     groups.add({gathering, Joins::all, images});
   } else if (!is_apart && (kinds != gathering || same_event(vertex))) {
-    groups.add({gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images});
+    groups.add(
+        {gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images});
   } else {
     if (!is_apart && (images & picture)) groups.add({gathering, joins, picture});
     if (!is_apart) images &= ~picture;
@@ -88,15 +92,19 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
     const auto found = [&, joins = joins](const Photon& photon, const Color& radiance, bool is_summed) {
       if (photon.depth > left) return void(++counts.depth_capped);
       if (run.is_new(photon)) start_run(run, photon.q, joins);
-      if (run.is_plain) return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
+      if (run.is_plain)
+        return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
       Joined to = counted(run.to);
       if (!to.images) return;
       counts.photons_gathered += !is_summed;
-      if (sums && !is_summed) (is_edited(photon.arrival) ? edited : caustics) += radiance, credit_radiance(to.q, radiance * path.weight);
+      if (sums && !is_summed)
+        (is_edited(photon.arrival) ? edited : caustics) += radiance,
+            credit_radiance(to.q, radiance * path.weight);
       if (sums) to.images &= ~picture;
       if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
     };
-    const Sum sum = estimate_density(photons_->close, Receiver(v, mask), reaches, {sums, left, asks_state(joins)}, ask, found);
+    const Sum sum = estimate_density(photons_->close, Receiver(v, mask), reaches,
+                                     {sums, left, asks_state(joins)}, ask, found);
     counts.photons_gathered += sum.photons;
     if (!sums) continue;
     add(Part::Caustics, path, caustics + sum.radiance, {picture});
@@ -104,7 +112,8 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   }
 }
 
-// The ways light of the gather segment goes on at v: one, or one per kind of lobe where C or a layer could tell them apart.
+// The ways light of the gather segment goes on at v: one, or one per kind of lobe where C or a layer could
+// tell them apart.
 Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample) {
   const EventMask kinds = v.bsdf.events() & gathering;
   Arms arms;
@@ -116,11 +125,13 @@ Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample
   const bool is_one = !effects_.light_edits && path.hue < 0;  // for the picture: layers change no bit of it
   if (is_one) {
     const bool is_all = !effects_.layers || same_event(v);
-    arms.add({joins_for(Event::D), eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf, is_all ? all_images : picture});
+    arms.add({joins_for(Event::D), eval(v.bsdf, v.point.wo, sample.wi, gathering) / sample.pdf,
+              is_all ? all_images : picture});
     if (is_all) return arms;
   }
   for (const Event e : {Event::D, Event::G})
-    arms.add({joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf, is_one ? ~picture : all_images, mask_of(e)});
+    arms.add({joins_for(e), eval(v.bsdf, v.point.wo, sample.wi, mask_of(e)) / sample.pdf,
+              is_one ? ~picture : all_images, mask_of(e)});
   return arms;
 }
 
@@ -128,19 +139,22 @@ Arms ViewTracer::arms_of(const ViewPath& path, const Vertex& v, const BsdfSample
 void ViewTracer::gather_alone(const ViewPath& path, const Vertex& v) {
   if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
   const std::uint32_t segments = bundle_[at_].segments.alone();
-  for (std::uint32_t i = 0; i < segments; ++i) gather(path, v, sampler_.part(i, segments), static_cast<float>(segments), false);
+  for (std::uint32_t i = 0; i < segments; ++i)
+    gather(path, v, sampler_.part(i, segments), static_cast<float>(segments), false);
 }
 
-// One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters that it meets are direct
-// light found by lobe sampling. `segments`: how many v sends in the mean. `shares`: what it finds at a surface is kept for the bundle. True: it
-// found a surface whose light counts.
-bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments, bool shares) {
+// One segment from v's D and G lobes, straight on only: light through an exit is the density's at v. Emitters
+// that it meets are direct light found by lobe sampling. `segments`: how many v sends in the mean. `shares`:
+// what it finds at a surface is kept for the bundle. True: it found a surface whose light counts.
+bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments,
+                        bool shares) {
   const float u = v.bsdf.count > 1 ? numbers.first(pair_of(path, 4)) : 0;
   const auto sample = sluice::sample(v.bsdf, v.point.wo, u, numbers.pair(pair_of(path, 5)), gathering);
   if (!sample || !(sample->pdf > 0)) return false;
   Arms arms = arms_of(path, v, *sample);
   for (Arm& arm : arms) arm.weight /= segments;
-  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * segments, light_samples()};
+  const LightSegment segment{v.hit.position, sample->wi, lit_side(v.bsdf), sample->pdf * segments,
+                             light_samples()};
   Vertex& y = shares ? far_end_.y : far_;
   const auto reached = reach(path, segment, ray_from(v.hit, sample->wi), arms, y);
   if (!reached || !effects_.indirect) return false;
@@ -151,12 +165,15 @@ bool ViewTracer::gather(const ViewPath& path, const Vertex& v, const Sampler& nu
   if (shares) keep_far_end(arms, *sample, reached->may_share);
   const Arms& from_y = shares ? far_end_.arms : arms;
   straight_light(path, y, numbers, from_y);
-  gather_at(path, y, from_y, reached->length, gather_radius(*guide_, reached->length, sample->pdf) * radius_scale_);
+  gather_at(path, y, from_y, reached->length,
+            gather_radius(*guide_, reached->length, sample->pdf) * radius_scale_);
   return true;
 }
 
-// Follows a gather segment through what is transparent to a surface y; lights on the way and there are direct light. Empty: it met none.
-std::optional<ViewTracer::Reached> ViewTracer::reach(const ViewPath& path, const LightSegment& segment, Ray ray, Arms& arms, Vertex& y) {
+// Follows a gather segment through what is transparent to a surface y; lights on the way and there are direct
+// light. Empty: it met none.
+std::optional<ViewTracer::Reached> ViewTracer::reach(const ViewPath& path, const LightSegment& segment,
+                                                     Ray ray, Arms& arms, Vertex& y) {
   double length = 0;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect(ray);
@@ -183,8 +200,8 @@ std::optional<ViewTracer::Reached> ViewTracer::reach(const ViewPath& path, const
   return {};
 }
 
-// Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes at its far end (null: nothing
-// met) or of a lamp.
+// Light edits that could take what comes along a piece of a segment: by the last event, of some of the lobes
+// at its far end (null: nothing met) or of a lamp.
 EditSet ViewTracer::takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps) {
   const Edits& edits = scene_.edits();
   if (far && far->pass_chance > 0) return edits.takers(Side::Light);
@@ -198,7 +215,8 @@ EditSet ViewTracer::takers_from(const Vertex* far, EventMask lobes, std::span<co
   if (far) {
     for_each_event(far->bsdf.events() & lobes, [&](Event e) { add(scene_.event_class(e, far->hit)); });
     const int light = scene_.mesh_light(far->hit.instance);
-    if (!is_black(far->bsdf.emission)) add(light >= 0 ? light_class(light) : scene_.event_class(Event::L, far->hit));
+    if (!is_black(far->bsdf.emission))
+      add(light >= 0 ? light_class(light) : scene_.event_class(Event::L, far->hit));
   } else {
     for (const int light : scene_.infinite_lights()) add(light_class(light));
   }
@@ -207,13 +225,17 @@ EditSet ViewTracer::takers_from(const Vertex* far, EventMask lobes, std::span<co
 }
 
 // One piece of the gather segment, from length t_start to t_end: C narrows at every entry that it passes.
-void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms) {
+void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end,
+                        const Vertex* far, Arms& arms) {
   const std::span lamps(lamps_);
   int lamp_count = 0, next_lamp = 0;
   if (effects_.direct) {
     lamp_count = intersect_lamps(scene_, {segment.origin, segment.direction, t_end}, lamps);
-    lamp_count = static_cast<int>(std::remove_if(lamps.begin(), lamps.begin() + lamp_count, [&](const LampHit& l) { return l.t <= t_start; }) - lamps.begin());
-    std::sort(lamps.begin(), lamps.begin() + lamp_count, [](const LampHit& a, const LampHit& b) { return a.t < b.t; });
+    lamp_count = static_cast<int>(std::remove_if(lamps.begin(), lamps.begin() + lamp_count,
+                                                 [&](const LampHit& l) { return l.t <= t_start; }) -
+                                  lamps.begin());
+    std::sort(lamps.begin(), lamps.begin() + lamp_count,
+              [](const LampHit& a, const LampHit& b) { return a.t < b.t; });
   }
   const auto collect_lamps = [&](double until) {
     for (; next_lamp < lamp_count && lamps[static_cast<std::size_t>(next_lamp)].t < until; ++next_lamp) {
@@ -222,10 +244,12 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
     }
   };
   const std::span met(lamps.first(static_cast<std::size_t>(lamp_count)));
-  const EditSet takers = effects_.light_edits && may_be_taken_from(far, met) ? takers_from(far, gathering, met) : EditSet();
+  const EditSet takers =
+      effects_.light_edits && may_be_taken_from(far, met) ? takers_from(far, gathering, met) : EditSet();
   if (!is_empty(takers)) {
     ++counts.edit_queries;
-    scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1}, takers, crossings_);
+    scene_.edits().entries_crossed(Side::Light, {segment.origin, V3d(segment.direction), t_start, t_end, -1},
+                                   takers, crossings_);
     for (const Crossing& crossing : crossings_) {
       collect_lamps(crossing.t);
       for (Arm& arm : arms) arm.joins = joins_.passed(arm.joins, crossing.edit);
@@ -234,9 +258,10 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
   collect_lamps(std::numeric_limits<double>::infinity());
 }
 
-// Photon density at y, `length` from v: all photons with q in C. Those that came straight from a light are kept only where it is
-// hidden from next-event estimation or too near for it.
-void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius) {
+// Photon density at y, `length` from v: all photons with q in C. Those that came straight from a light are
+// kept only where it is hidden from next-event estimation or too near for it.
+void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length,
+                           float radius) {
   const int left = settings_.max_depth - path.depth - 2;  // events
   for (const Arm& arm : arms) {
     if (!arm.is_kept && is_black(arm.weight)) continue;

@@ -4,24 +4,28 @@
 namespace sluice {
 namespace {
 
-// A bundle is every second pixel, both ways, of a square of the full frame: near each other, while neighbours in the picture belong to
-// other bundles and do not share their errors.
+// A bundle is every second pixel, both ways, of a square of the full frame: near each other, while neighbours
+// in the picture belong to other bundles and do not share their errors.
 constexpr int cell_side = 8, pixels_apart = 2;
-static_assert((cell_side / pixels_apart) * (cell_side / pixels_apart) == bundle_size && Film::tile % cell_side == 0);
+static_assert((cell_side / pixels_apart) * (cell_side / pixels_apart) == bundle_size &&
+              Film::tile % cell_side == 0);
 
 struct Pixel {
   int x, y;
-  bool is_inside;  // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
-  SampleCount count;      // in a pass
+  // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
+  bool is_inside;
+  SampleCount count;  // in a pass
 };
 
 class PixelGroup {
  public:
   PixelGroup(const PassContext& context, int x0, int y0, const Film::Box& box)
-      : key_(key_of(context.settings.seed, Purpose::Turns, static_cast<std::uint64_t>(y0), static_cast<std::uint64_t>(x0))) {
+      : key_(key_of(context.settings.seed, Purpose::Turns, static_cast<std::uint64_t>(y0),
+                    static_cast<std::uint64_t>(x0))) {
     const FrameDescription& frame = context.scene.frame();
     for (int place = 0; place < static_cast<int>(bundle_size); ++place) {
-      const int j = place / in_row, i = j % 2 == 0 ? place % in_row : in_row - 1 - place % in_row;  // there and back: each next to the one before
+      // there and back: each next to the one before
+      const int j = place / in_row, i = j % 2 == 0 ? place % in_row : in_row - 1 - place % in_row;
       const int x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
       if (x >= frame.width || y >= frame.height) continue;
       const bool inside = x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1;
@@ -42,21 +46,26 @@ class PixelGroup {
 };
 
 std::uint64_t number_of(const PassContext& context, const Pixel& pixel) noexcept {
-  return static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) + static_cast<std::uint64_t>(pixel.x);
+  return static_cast<std::uint64_t>(pixel.y) * static_cast<std::uint64_t>(context.scene.frame().width) +
+         static_cast<std::uint64_t>(pixel.x);
 }
 
 // A pixel's sample `round` in this pass, of so many, by the sequence of the key.
-Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t samples, std::uint32_t round) noexcept {
-  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count), index = static_cast<std::uint32_t>(context.pass / stream_count);
+Sampler sampler_of(const PassContext& context, std::uint64_t key, std::uint32_t samples,
+                   std::uint32_t round) noexcept {
+  const auto stream = static_cast<std::uint32_t>(context.pass % stream_count),
+             index = static_cast<std::uint32_t>(context.pass / stream_count);
   return Sampler(key, index * samples + round, stream);
 }
 
 ViewSample sample_of(const PassContext& context, const Pixel& pixel, std::uint32_t round) {
   const std::uint64_t number = number_of(context, pixel);
-  const std::uint64_t choices = key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
+  const std::uint64_t choices =
+      key_of(context.settings.seed, Purpose::ViewChoices, number, static_cast<std::uint64_t>(context.pass));
   return {.x = pixel.x,
           .y = pixel.y,
-          .sampler = sampler_of(context, key_of(context.settings.seed, Purpose::View, number), pixel.count.samples, round),
+          .sampler = sampler_of(context, key_of(context.settings.seed, Purpose::View, number),
+                                pixel.count.samples, round),
           .key = mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
           .light_samples = pixel.count.light_samples,
@@ -75,31 +84,38 @@ ViewSample emission_sample_of(const PassContext& context, const Pixel& pixel, st
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
-  return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) + static_cast<std::size_t>(p.x - box.x0);
+  return static_cast<std::size_t>(p.y - box.y0) * static_cast<std::size_t>(box.x1 - box.x0) +
+         static_cast<std::size_t>(p.x - box.x0);
 }
 
-// Gather segments of one round, to the samples of a bundle. Those that send one by turns go like the fields of a chessboard, in each stream
-// the other way round from pass to pass; who begins is a matter of chance.
-void deal_segments(const PassContext& context, std::uint64_t key, std::uint32_t round, std::span<const Pixel* const> pixels,
-                   std::span<ViewSample> bundle) {
-  auto turn = static_cast<std::uint32_t>(context.pass % stream_count + context.pass / stream_count) + round + static_cast<std::uint32_t>(key & 1);
+// Gather segments of one round, to the samples of a bundle. Those that send one by turns go like the fields
+// of a chessboard, in each stream the other way round from pass to pass; who begins is a matter of chance.
+void deal_segments(const PassContext& context, std::uint64_t key, std::uint32_t round,
+                   std::span<const Pixel* const> pixels, std::span<ViewSample> bundle) {
+  auto turn = static_cast<std::uint32_t>(context.pass % stream_count + context.pass / stream_count) + round +
+              static_cast<std::uint32_t>(key & 1);
   std::uint32_t place = 0, always = 0, by_turns = 0;
   for (std::size_t i = 0; i < bundle.size(); ++i) {
     const SampleCount& count = pixels[i]->count;
     const bool has_turns = count.gather_segments == SampleCount::by_turns;
-    bundle[i].segments = {.mean = count.mean_segments(), .count = has_turns ? turn++ % 2 : count.gather_segments, .first = {}, .place = place};
+    bundle[i].segments = {.mean = count.mean_segments(),
+                          .count = has_turns ? turn++ % 2 : count.gather_segments,
+                          .first = {},
+                          .place = place};
     place += bundle[i].segments.count;
     always += count.gather_segments, by_turns += has_turns;
   }
-  const std::uint32_t most = always + (by_turns + 1) / 2;  // segments that a pass sends: so many of the sequence's points are its own
+  // segments that a pass sends: so many of the sequence's points are its own
+  const std::uint32_t most = always + (by_turns + 1) / 2;
   const Sampler first = sampler_of(context, mix(key, round), most, 0);
   for (ViewSample& sample : bundle) sample.segments.first = first;
 }
 
-// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile, as made by sample(pixel, round).
+// In rounds: a bundle takes at most one sample of a pixel. Adds count_of(pixel) samples of each to the tile,
+// as made by sample(pixel, round).
 template <class Count, class Sample>
-void trace_rounds(const PassContext& context, const PixelGroup& group, const Film::Box& box, const Count& count_of, const Sample& sample,
-                  ViewTracer& tracer, TileSamples& tile) {
+void trace_rounds(const PassContext& context, const PixelGroup& group, const Film::Box& box,
+                  const Count& count_of, const Sample& sample, ViewTracer& tracer, TileSamples& tile) {
   std::array<ViewSample, bundle_size> samples;
   std::array<const Pixel*, bundle_size> pixels;
   for (std::uint32_t round = 0;; ++round) {
@@ -111,27 +127,36 @@ void trace_rounds(const PassContext& context, const PixelGroup& group, const Fil
       }
     if (count == 0) break;
     const std::span bundle = std::span(samples).first(count);
-    if (bundle[0].seeks != Seeks::Emission) deal_segments(context, group.key(), round, std::span(pixels).first(count), bundle);
+    if (bundle[0].seeks != Seeks::Emission)
+      deal_segments(context, group.key(), round, std::span(pixels).first(count), bundle);
     tracer.trace(bundle);
     for (std::size_t i = 0; i < count; ++i)
       if (pixels[i]->is_inside) tile.add(index_in(box, *pixels[i]), tracer.sample(i), tracer.layers(i));
   }
 }
 
-// Means of the pixels' samples, and of those of emission alone: these come in bundles of their own, which share nothing.
-void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box, ViewTracer& tracer, TileSamples& tile) {
+// Means of the pixels' samples, and of those of emission alone: these come in bundles of their own, which
+// share nothing.
+void sample_pixels(const PassContext& context, const PixelGroup& group, const Film::Box& box,
+                   ViewTracer& tracer, TileSamples& tile) {
   const auto scale = [&](const Pixel& p, float factor) {
     if (p.is_inside) tile.scale(index_in(box, p), factor);
   };
-  const auto emission_of = [](const Pixel& p) -> std::uint32_t { return p.is_inside ? p.count.emission_samples : 0; };
-  const auto emission_sample = [&](const Pixel& p, std::uint32_t round) { return emission_sample_of(context, p, round); };
+  const auto emission_of = [](const Pixel& p) -> std::uint32_t {
+    return p.is_inside ? p.count.emission_samples : 0;
+  };
+  const auto emission_sample = [&](const Pixel& p, std::uint32_t round) {
+    return emission_sample_of(context, p, round);
+  };
   trace_rounds(context, group, box, emission_of, emission_sample, tracer, tile);
   for (const Pixel& p : group.pixels())
-    if (emission_of(p) > 0) scale(p, static_cast<float>(p.count.samples) / static_cast<float>(p.count.emission_samples));
+    if (emission_of(p) > 0)
+      scale(p, static_cast<float>(p.count.samples) / static_cast<float>(p.count.emission_samples));
   const auto all_of = [](const Pixel& p) -> std::uint32_t { return p.count.samples; };
   const auto sample = [&](const Pixel& p, std::uint32_t round) { return sample_of(context, p, round); };
   trace_rounds(context, group, box, all_of, sample, tracer, tile);
-  for (const Pixel& p : group.pixels()) scale(p, 1 / static_cast<float>(p.count.samples));  // once, so that alpha is exactly 1
+  // once, so that alpha is exactly 1
+  for (const Pixel& p : group.pixels()) scale(p, 1 / static_cast<float>(p.count.samples));
 }
 
 }  // namespace
@@ -153,8 +178,8 @@ ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const 
   for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects, threads);
 }
 
-bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,
-                   std::mutex& film_lock, Counts& counts) {
+bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool,
+                   const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts) {
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
   tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
@@ -171,10 +196,13 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
 }
 
 // The means of a pass's samples, pixel by pixel of the tile. False: cancelled.
-bool ViewPass::sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile, const std::atomic<bool>& cancel) {
+bool ViewPass::sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile,
+                           const std::atomic<bool>& cancel) {
   const FrameDescription& frame = context.scene.frame();
   box = {box.x0 + frame.x0, box.y0 + frame.y0, box.x1 + frame.x0, box.y1 + frame.y0};
-  const std::size_t pixels = static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0), layers = context.scene.edits().layers().size();
+  const std::size_t pixels =
+                        static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0),
+                    layers = context.scene.edits().layers().size();
   tile.samples.assign(pixels, {}), tile.layers.assign(pixels * layers, Color(0));
   const auto down = [](int x) { return x / cell_side * cell_side; };
   for (int y = down(box.y0); y < box.y1; y += cell_side)

@@ -24,12 +24,14 @@ class ViewPass {
  public:
   ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads);
 
-  // Adds the pass to `film`, which covers the border; `film_lock` is held while a tile is added. False: cancelled, some tiles are missing.
-  [[nodiscard]] bool run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool, const std::atomic<bool>& cancel, Film& film,
-                         std::mutex& film_lock, Counts& counts);
+  // Adds the pass to `film`, which covers the border; `film_lock` is held while a tile is added. False:
+  // cancelled, some tiles are missing.
+  [[nodiscard]] bool run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool,
+                         const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts);
 
  private:
-  [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile, const std::atomic<bool>& cancel);
+  [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer,
+                                        TileSamples& tile, const std::atomic<bool>& cancel);
 
   std::vector<ViewTracer> tracers_;  // per thread
   std::vector<TileSamples> tiles_;

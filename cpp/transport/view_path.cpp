@@ -22,7 +22,8 @@ void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons
   radius_scale_ = radius_scale(context.pass);
   counts.start(scene_.edits().size());
   const std::uint32_t count = photons.states ? photons.states->size() : 0;
-  for (auto q = static_cast<std::uint32_t>(state_of_.size()); q < count; ++q) state_of_.push_back(states_.intern(photons.states->content(q)));
+  for (auto q = static_cast<std::uint32_t>(state_of_.size()); q < count; ++q)
+    state_of_.push_back(states_.intern(photons.states->content(q)));
   memo_mark_.assign(count, 0);
   memo_.assign(count, {});
   memo_now_ = 0, memo_joins_ = Joins::none;
@@ -45,10 +46,12 @@ void ViewTracer::trace_sample() {
   hues_.clear();
   const V2f offset = scene_.pixel_filter().sample_filter(sampler_.pair(0));
   const V2f on_lens = scene_.camera().has_lens() ? sampler_.pair(1) : V2f(0);
-  const float x = static_cast<float>(asked.x) + 0.5f + offset.x, y = static_cast<float>(asked.y) + 0.5f + offset.y;
+  const float x = static_cast<float>(asked.x) + 0.5f + offset.x,
+              y = static_cast<float>(asked.y) + 0.5f + offset.y;
   const Ray camera = scene_.camera().generate(x, y, on_lens);
   ViewPath path{.origin = camera.origin, .direction = camera.direction, .t_max = camera.t_max};
-  if (effects_.view_edits) path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
+  if (effects_.view_edits)
+    path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
   counts.view_paths += asked.seeks != Seeks::Emission;
   branches_[0] = path;
   branch_count_ = 1, budget_ = {};
@@ -57,10 +60,12 @@ void ViewTracer::trace_sample() {
     const BranchClock clock(counts, branch.last_edit);
     follow(branch);
   }
-  if (!recorded_) member.sample.alpha = 1, member.sample.depth = far_away;  // an edit took the path: black, but no hole in the film
+  // an edit took the path: black, but no hole in the film
+  if (!recorded_) member.sample.alpha = 1, member.sample.depth = far_away;
 }
 
-// The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of a pixel is.
+// The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of
+// a pixel is.
 void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
   constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
   static_assert(part_count <= 8);
@@ -70,12 +75,13 @@ void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
   for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
 }
 
-// Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the gates' hues are applied to
-// each contribution on its own, from the light's end to the eye's (design §4).
+// Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the
+// gates' hues are applied to each contribution on its own, from the light's end to the eye's (design §4).
 void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
-    radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) * hues_[static_cast<std::size_t>(step)].factor;
+    radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) *
+               hues_[static_cast<std::size_t>(step)].factor;
   if (!is_finite(radiance)) {
     ++counts.non_finite;
     return;
@@ -84,7 +90,8 @@ void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to)
     add_up(self().sample.parts[static_cast<std::size_t>(part)], radiance);
     credit_radiance(to.q, radiance);
   }
-  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1) add_up(self().layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
+  for (ImageSet layers = to.images >> 1; layers; layers &= layers - 1)
+    add_up(self().layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
 }
 
 void ViewTracer::follow(ViewPath& path) {
@@ -126,7 +133,8 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
   const Edits& edits = scene_.edits();
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     if (path.own_entry >= 0) {
-      edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, edits.takers(Side::Light), crossings_);
+      edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin,
+                         edits.takers(Side::Light), crossings_);
       const Went went = cross_plane(path, crossings_);
       if (went == Went::Nowhere) return false;
       if (went == Went::Elsewhere) continue;
@@ -135,7 +143,10 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
     const auto hit = scene_.intersect(ray);
     ++counts.rays;
     const double t_end = hit ? hit->t : path.t_max;
-    const std::span lamps(lamps_.data(), static_cast<std::size_t>(intersect_lamps(scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
+    const std::span lamps(
+        lamps_.data(),
+        static_cast<std::size_t>(intersect_lamps(
+            scene_, {path.origin, path.direction, t_end, path.clearance, path.is_camera}, lamps_)));
     if (hit) make_vertex(scene_, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
     const Vertex* far = hit ? &vertex : nullptr;
     if (const Asks asks = asks_of(path, far, lamps); asks.any() || !lamps.empty()) {
@@ -161,8 +172,8 @@ bool ViewTracer::next_vertex(ViewPath& path, Vertex& vertex) {
   return false;
 }
 
-// On by the followed lobes: a mirror, glass. At the first vertex all of them, if they are few and exact, as both Fresnel branches of
-// glass matter to the picture; later one, by its albedo.
+// On by the followed lobes: a mirror, glass. At the first vertex all of them, if they are few and exact, as
+// both Fresnel branches of glass matter to the picture; later one, by its albedo.
 bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
   const Bsdf& bsdf = vertex.bsdf;
   if (!(bsdf.events() & followed)) return false;
@@ -191,7 +202,8 @@ bool ViewTracer::extend(ViewPath& path, const Vertex& vertex) {
 }
 
 void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample) {
-  path.weight *= sample.weight / square(sample.eta);  // radiance scales by (η_to/η_from)², light flowing towards the eye
+  // radiance scales by (η_to/η_from)², light flowing towards the eye
+  path.weight *= sample.weight / square(sample.eta);
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.direction = sample.wi;
   path.t_max = std::numeric_limits<double>::infinity();
   path.lobe_pdf = sample.delta ? 0 : sample.pdf;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// View paths, backward from the eye: what one pixel sample sees, by the four estimators of design §5. Edits hold on every segment:
-// shadow and gather segments ask the light edits by the C rule (join.h), view segments take both continuations at an exit (straight on,
-// and backward through it to its entry), view edits capture the view path itself. Gather segments are shared by near pixels (bundle.h).
-// The light side of the same rules is light_path.h.
+// View paths, backward from the eye: what one pixel sample sees, by the four estimators of design §5. Edits
+// hold on every segment: shadow and gather segments ask the light edits by the C rule (join.h), view segments
+// take both continuations at an exit (straight on, and backward through it to its entry), view edits capture
+// the view path itself. Gather segments are shared by near pixels (bundle.h). The light side of the same
+// rules is light_path.h.
 #pragma once
 #include <array>
 #include <vector>
@@ -22,31 +23,34 @@ struct ViewPath {
   V3f direction;
   V3f clearance{0};
   double t_max = std::numeric_limits<double>::infinity();
-  Color weight{1};          // radiance factor from the eye, since the last hue gate
-  int hue = -1;             // the hue gates met, list in ViewTracer
-  int joins = Joins::all;   // C
-  StateId state = 0;        // of the view edits' automata
-  Color throughput{1};      // of materials alone, for roulette
-  int depth = 0;            // D, S, G events so far
+  Color weight{1};         // radiance factor from the eye, since the last hue gate
+  int hue = -1;            // the hue gates met, list in ViewTracer
+  int joins = Joins::all;  // C
+  StateId state = 0;       // of the view edits' automata
+  Color throughput{1};     // of materials alone, for roulette
+  int depth = 0;           // D, S, G events so far
   int gates = 0;
   int excluded_group = -1;  // plane group that the segment starts on
-  int own_entry = -1;       // just came backward out of this light edit's entry: the entry's plane comes first
+  // just came backward out of this light edit's entry: the entry's plane comes first
+  int own_entry = -1;
   int at_edit = -1, at_exit = 0;  // just left this exit of a view edit: entries in its plane come first
-  int last_edit = -1;       // whose gate it met last
-  float lobe_pdf = 0;             // with which the last followed lobe made the direction, for MIS; 0: by no chance (delta, camera, gate)
-  V3d lobe_origin{0};             // where that was
-  V3f lobe_normal{0};             // what choose_light was asked with there
-  bool is_camera = true;          // no event yet: sees what the camera sees
-  std::uint64_t word = 0;         // of its events, hashed
+  int last_edit = -1;             // whose gate it met last
+  // with which the last followed lobe made the direction, for MIS; 0: by no chance (delta, camera, gate)
+  float lobe_pdf = 0;
+  V3d lobe_origin{0};      // where that was
+  V3f lobe_normal{0};      // what choose_light was asked with there
+  bool is_camera = true;   // no event yet: sees what the camera sees
+  std::uint64_t word = 0;  // of its events, hashed
 };
 
-// A vertex v that takes part in the bundle. A sample has several if materials mirror and scatter, or glass shows it two ways; their turn is
-// the sample's.
+// A vertex v that takes part in the bundle. A sample has several if materials mirror and scatter, or glass
+// shows it two ways; their turn is the sample's.
 struct Seer {
   std::size_t sample = 0;  // of the bundle
   ViewPath path;           // from the eye to v
   Vertex v;
-  std::uint64_t word = 0;  // hash of what the path met from the eye to v: with equal words events, depth and kinds of lobes are equal
+  // hash of what the path met from the eye to v: with equal words events, depth and kinds of lobes are equal
+  std::uint64_t word = 0;
 };
 inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a vertex gathers for itself
 
@@ -54,15 +58,26 @@ inline constexpr std::size_t most_seers = 2 * bundle_size;  // beyond them a ver
 class alignas(64) ViewTracer {  // threads write to theirs: no cache line is shared
  public:
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
-      : scene_(scene), settings_(settings), effects_(effects), gates_in_view_(scene.gates_in_view()), disk_bounds_(scene.camera(), scene.frame(), settings), states_(scene.edits(), {state_memory_of_one(settings, threads)}), lamps_(most_lamp_hits(scene)) {}
+      : scene_(scene),
+        settings_(settings),
+        effects_(effects),
+        gates_in_view_(scene.gates_in_view()),
+        disk_bounds_(scene.camera(), scene.frame(), settings),
+        states_(scene.edits(), {state_memory_of_one(settings, threads)}),
+        lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
   // At most bundle_size samples of pixels near each other.
   void trace(std::span<const ViewSample> bundle);
-  [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return members_[index].sample; }  // of the last bundle
+  // of the last bundle
+  [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return members_[index].sample; }
   // Of its direct light's mean, as far as two samples of lights at each v tell, if they were asked to.
-  [[nodiscard]] const V3d& light_variance(std::size_t index) const noexcept { return members_[index].light_variance; }
-  [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept { return members_[index].layers; }
+  [[nodiscard]] const V3d& light_variance(std::size_t index) const noexcept {
+    return members_[index].light_variance;
+  }
+  [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept {
+    return members_[index].layers;
+  }
   Counts counts;
 
  private:
@@ -71,20 +86,24 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     float angle;
     int towards_eye;
   };
-  struct LightSegment {  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
+  // a segment whose far end may be an emitter: what MIS and C need to know of its near end
+  struct LightSegment {
     V3d origin;
     V3f direction, normal;
-    float pdf;  // of the direction, times the number of such segments; 0: next-event estimation could not have made it
+    // of the direction, times the number of such segments; 0: next-event estimation could not have made it
+    float pdf;
     float light_samples = 1;  // that it took there
     bool camera = false;
   };
 
-  enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };  // Elsewhere: the path now starts at another place
+  // Elsewhere: the path now starts at another place
+  enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };
   struct Joined {  // what light becomes at the end of the list
-    ImageSet images = 0;            // that it is part of; none: its q is not in C, or a cap was met on the way
-    StateId q = StateTable::dead;   // which edits it met, if it met any
+    // that it is part of; none: its q is not in C, or a cap was met on the way
+    ImageSet images = 0;
+    StateId q = StateTable::dead;  // which edits it met, if it met any
     Joins::Fate fate = Joins::Fate::Arrives;
-    int taker = -1;                 // the edit whose entry kept it from the eye
+    int taker = -1;  // the edit whose entry kept it from the eye
   };
   struct PhotonRun {  // photons that follow each other in one state, as neighbours often do
     bool asks;        // what becomes of them depends on it
@@ -92,7 +111,8 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     bool sums;        // the picture's share is summed up first
     std::uint32_t q = ~0u;
     Joined to{picture & asked};
-    bool is_plain = !asks && sums;  // they belong to the sum and nowhere else, and no edit has a share in them
+    // they belong to the sum and nowhere else, and no edit has a share in them
+    bool is_plain = !asks && sums;
 
     [[nodiscard]] bool is_new(const Photon& photon) const noexcept { return asks && photon.q != q; }
   };
@@ -114,32 +134,44 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     for (const std::uint32_t edit : states_.used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
-    credit(q, radiance, [&](std::uint32_t edit) { counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * bundle_[at_].share; });
+    credit(q, radiance, [&](std::uint32_t edit) {
+      counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * bundle_[at_].share;
+    });
   }
   void credit_arm(StateId q, const ViewPath& path, const Color& radiance, const Arm& arm);
 
   // gates on view segments (view_gates.cpp)
-  // Which gates does a view segment ask? Nearly always none, told at once: rays from the camera know from the picture where gates lie.
+  // Which gates does a view segment ask? Nearly always none, told at once: rays from the camera know from the
+  // picture where gates lie.
   struct Asks {
     bool exits;         // of light edits, where light may have come out
     bool entries;       // of light edits, that may take light from the segment's far end or from a lamp on it
     bool view_entries;  // that may take the path
     [[nodiscard]] bool any() const noexcept { return exits || entries || view_entries; }
   };
-  [[nodiscard]] Asks asks_of(const ViewPath& path, const Vertex* far, std::span<const LampHit> lamps) const noexcept {
-    const auto in_view = [&](Side side) { return !path.is_camera || gates_in_view_.any(side, bundle_[at_].x, bundle_[at_].y); };
-    return {effects_.light_edits && scene_.edits().has_exits(Side::Light) && in_view(Side::Light), effects_.light_edits && may_be_taken_from(far, lamps),
+  [[nodiscard]] Asks asks_of(const ViewPath& path, const Vertex* far,
+                             std::span<const LampHit> lamps) const noexcept {
+    const auto in_view = [&](Side side) {
+      return !path.is_camera || gates_in_view_.any(side, bundle_[at_].x, bundle_[at_].y);
+    };
+    return {effects_.light_edits && scene_.edits().has_exits(Side::Light) && in_view(Side::Light),
+            effects_.light_edits && may_be_taken_from(far, lamps),
             effects_.view_edits && !states_.takes_none(path.state) && in_view(Side::View)};
   }
-  [[nodiscard]] Went cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far, std::span<LampHit> lamps);
-  [[nodiscard]] bool meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment, const Vertex* far, std::span<const LampHit> lamps);
+  [[nodiscard]] Went cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far,
+                                 std::span<LampHit> lamps);
+  [[nodiscard]] bool meets_light_gate(const ViewPath& path, const Asks& asks, const Segment& segment,
+                                      const Vertex* far, std::span<const LampHit> lamps);
   [[nodiscard]] bool meets_exit(const ViewPath& path, const Segment& segment) const noexcept;
   [[nodiscard]] Went cross_plane(ViewPath& path, std::span<const Crossing> plane);
   void meet_view_edit(const ViewPath& path, const Crossing& crossing);
   void push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight);
-  [[nodiscard]] bool go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& exit, float weight);
+  [[nodiscard]] bool go_backward(ViewPath& path, std::span<const Crossing> plane, const Crossing& exit,
+                                 float weight);
   // Walks for emission alone would count a pixel's paths twice.
-  [[nodiscard]] EditCounts& of_view_edit(int edit) noexcept { return bundle_[at_].seeks == Seeks::Emission ? uncounted_ : counts.of_edit(edit); }
+  [[nodiscard]] EditCounts& of_view_edit(int edit) noexcept {
+    return bundle_[at_].seeks == Seeks::Emission ? uncounted_ : counts.of_edit(edit);
+  }
   [[nodiscard]] bool may_take(const ViewPath& path, const Crossing& crossing) const noexcept;
   [[nodiscard]] int pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
@@ -150,7 +182,8 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     DirectSample point;
     float pdf;  // of light and point (1/sr, or of what a delta light has)
   };
-  [[nodiscard]] std::optional<AskedLight> ask_light(const V3d& place, const V3f& side, LightTrust trust, float u, const V2f& uv) const noexcept;
+  [[nodiscard]] std::optional<AskedLight> ask_light(const V3d& place, const V3f& side, LightTrust trust,
+                                                    float u, const V2f& uv) const noexcept;
   void direct_light(const ViewPath& path, const Vertex& v, float segments);
   void measure_lights(const ViewPath& path, const Vertex& v, float segments);
   void light_sample(const ViewPath& path, const Vertex& v, const Sampler& numbers, float segments);
@@ -160,12 +193,16 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     Color left;
     StateId q;
   };
-  [[nodiscard]] std::optional<Unblocked> unblocked(const Vertex& vertex, int light, const DirectSample& sample);
+  [[nodiscard]] std::optional<Unblocked> unblocked(const Vertex& vertex, int light,
+                                                   const DirectSample& sample);
   void count_taken(StateId q, const Segment& to_light);
-  [[nodiscard]] bool is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light);
+  [[nodiscard]] bool is_taken_from_view(const ViewPath& path, const Vertex& vertex,
+                                        const DirectSample& light);
   void far_emission(const ViewPath& path, const LightSegment& segment, const Arms& arms);
-  void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex, const Arms& arms);
-  void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance, const Hit* hit, const Arms& arms);
+  void surface_emission(const ViewPath& path, const LightSegment& segment, const Vertex& vertex,
+                        const Arms& arms);
+  void add_emission(const ViewPath& path, const LightSegment& segment, int light, Color radiance,
+                    const Hit* hit, const Arms& arms);
 
   // photons and gather segments at v (view_light.cpp)
   void close_density(const ViewPath& path, const Vertex& v);
@@ -175,14 +212,16 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     double length;   // of the segment
     bool may_share;  // no alpha on the way or there, of which a shadow ray cannot tell
   };
-  [[nodiscard]] std::optional<Reached> reach(const ViewPath& path, const LightSegment& segment, Ray ray, Arms& arms, Vertex& y);
+  [[nodiscard]] std::optional<Reached> reach(const ViewPath& path, const LightSegment& segment, Ray ray,
+                                             Arms& arms, Vertex& y);
   void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
     return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || far->pass_chance > 0;
   }
   [[nodiscard]] EditSet takers_from(const Vertex* far, EventMask lobes, std::span<const LampHit> lamps);
-  void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end, const Vertex* far, Arms& arms);
+  void narrow(const ViewPath& path, const LightSegment& segment, double t_start, double t_end,
+              const Vertex* far, Arms& arms);
   void gather_at(const ViewPath& path, const Vertex& y, const Arms& arms, double length, float radius);
 
   // gather segments of a bundle (view_bundle.cpp)
@@ -190,8 +229,8 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     const Seer* to;
     V3f wi{0};
     double distance = 0;
-    float geometry = 0;  // cos at y / distance²
-    float pdf = 0;       // with which `to` would send its segment here (1/sr)
+    float geometry = 0;    // cos at y / distance²
+    float pdf = 0;         // with which `to` would send its segment here (1/sr)
     bool is_open = false;  // nothing lies on it, no entry takes its light
   };
   [[nodiscard]] bool join_bundle(const ViewPath& path) noexcept;
@@ -208,12 +247,16 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   [[nodiscard]] bool ask_entries(const Connection& way, const Seer& finder);
   [[nodiscard]] bool sees_same_photons(const Seer& finder) const noexcept;
   [[nodiscard]] const Bsdf& lobes_towards(const V3f& wo) noexcept;
-  void throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to, const Color& factor);
+  void throw_straight_light(const Arm& arm, const Bsdf& bsdf, const V3f& wo, const Seer& to,
+                            const Color& factor);
   void receive(const Seer& seer, const Outgoing& light, const Color& factor) noexcept;
 
-  [[nodiscard]] float light_samples() const noexcept { return static_cast<float>(bundle_[at_].light_samples); }
+  [[nodiscard]] float light_samples() const noexcept {
+    return static_cast<float>(bundle_[at_].light_samples);
+  }
   [[nodiscard]] LightSegment segment_of(const ViewPath& path) const noexcept {
-    return {path.lobe_origin, path.direction, path.lobe_normal, path.lobe_pdf, light_samples(), path.is_camera};
+    return {path.lobe_origin, path.direction,  path.lobe_normal,
+            path.lobe_pdf,    light_samples(), path.is_camera};
   }
   [[nodiscard]] static Arms arm_of(const ViewPath& path) noexcept {
     Arms arms;
@@ -221,8 +264,12 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     return arms;
   }
 
-  [[nodiscard]] EventClass light_class(int light) const noexcept { return scene_.edits().event_class(Event::L, scene_.light_entity(light)); }
-  [[nodiscard]] StateId light_state(int light) noexcept { return states_.next(StateTable::light_start, light_class(light)); }
+  [[nodiscard]] EventClass light_class(int light) const noexcept {
+    return scene_.edits().event_class(Event::L, scene_.light_entity(light));
+  }
+  [[nodiscard]] StateId light_state(int light) noexcept {
+    return states_.next(StateTable::light_start, light_class(light));
+  }
   [[nodiscard]] Joined try_join(StateId q, int joins) noexcept;
   [[nodiscard]] Joined counted(const Joined& joined) noexcept;
   [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
@@ -239,9 +286,15 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   [[nodiscard]] SumAnswer answer_of(const PhotonRun& run) const noexcept {
     return {run.is_plain || ((run.to.images & picture) && states_.gates(run.to.q) == 0), !run.is_plain};
   }
-  [[nodiscard]] bool asks_state(int joins) const noexcept { return effects_.layers || joins_.is_constrained(joins); }
-  [[nodiscard]] bool asks_photons(int joins) const noexcept { return effects_.light_edits || asks_state(joins); }
-  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) { return joins_.event(joins, scene_.event_class(e, vertex.hit)); }
+  [[nodiscard]] bool asks_state(int joins) const noexcept {
+    return effects_.layers || joins_.is_constrained(joins);
+  }
+  [[nodiscard]] bool asks_photons(int joins) const noexcept {
+    return effects_.light_edits || asks_state(joins);
+  }
+  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) {
+    return joins_.event(joins, scene_.event_class(e, vertex.hit));
+  }
   // Is it one to all expressions whether light leaves by D or by G?
   [[nodiscard]] bool same_event(const Vertex& vertex) const noexcept {
     return scene_.event_class(Event::D, vertex.hit) == scene_.event_class(Event::G, vertex.hit);
@@ -253,10 +306,16 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   };
   [[nodiscard]] Few<LobeGroup> groups_of(int joins, const Vertex& vertex, ImageSet images);
   [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
-  [[nodiscard]] float random() noexcept { return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32)); }
+  [[nodiscard]] float random() noexcept {
+    return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32));
+  }
   // Dimension pairs of the vertex at this depth.
-  [[nodiscard]] static std::uint32_t pair_of(const ViewPath& path, std::uint32_t which) noexcept { return 2 + 8 * static_cast<std::uint32_t>(path.depth) + which; }
-  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept { return sampler_.pair(pair_of(path, which)); }
+  [[nodiscard]] static std::uint32_t pair_of(const ViewPath& path, std::uint32_t which) noexcept {
+    return 2 + 8 * static_cast<std::uint32_t>(path.depth) + which;
+  }
+  [[nodiscard]] V2f pair(const ViewPath& path, std::uint32_t which) const noexcept {
+    return sampler_.pair(pair_of(path, which));
+  }
 
   const Scene& scene_;
   const TransportSettings& settings_;
@@ -269,7 +328,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   const GatesInView& gates_in_view_;
   const DiskBounds disk_bounds_;
   StateTable states_;
-  std::vector<StateId> state_of_;        // a photon's q -> this thread's number
+  std::vector<StateId> state_of_;         // a photon's q -> this thread's number
   std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last
   std::vector<Joined> memo_;
   std::uint32_t memo_now_ = 0;
@@ -278,7 +337,8 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   std::span<const ViewSample> bundle_;
   std::array<BundleMember, bundle_size> members_;
   std::size_t at_ = 0;  // the member being traced
-  std::array<Seer, most_seers + 1> seers_;  // the last is never shared: room for a vertex when all others are taken
+  // the last is never shared: room for a vertex when all others are taken
+  std::array<Seer, most_seers + 1> seers_;
   std::size_t seer_count_ = 0;
   FarEnd far_end_;  // of the gather segment that the bundle shares now
   Sampler sampler_;

@@ -11,10 +11,14 @@ namespace {
 
 constexpr double cells_across = 24;  // the picture, about
 constexpr int paths_per_view_sample = 8, max_depth_of_look = 12;
-constexpr float margin = 1.0f / 16;  // around the picture, in parts of it: as wide as kernels of caustics may be
-constexpr float faces_axis = 0.4f;                              // cosine from which a normal may belong to hits counted for an axis
-constexpr double quantiles[] = {0.25, 0.5, 0.75, 0.9, 1};       // of what is seen, by its distance from the camera
-constexpr double growth_of_sights = 2.5, trimmed = 0.02;        // least ratio of radii; outliers left out of a sphere
+// around the picture, in parts of it: as wide as kernels of caustics may be
+constexpr float margin = 1.0f / 16;
+// cosine from which a normal may belong to hits counted for an axis
+constexpr float faces_axis = 0.4f;
+// of what is seen, by its distance from the camera
+constexpr double quantiles[] = {0.25, 0.5, 0.75, 0.9, 1};
+// least ratio of radii; outliers left out of a sphere
+constexpr double growth_of_sights = 2.5, trimmed = 0.02;
 
 int side_of(const V3f& n) noexcept {
   int axis = 0;
@@ -33,9 +37,11 @@ Target sphere_around(std::span<const Hit> hits) {
     const std::size_t out = static_cast<std::size_t>(static_cast<double>(values.size()) * trimmed / 2);
     middle[axis] = 0.5 * (values[out] + values[values.size() - 1 - out]);
   }
-  std::ranges::transform(hits, values.begin(), [&](const Hit& hit) { return (hit.position - middle).length(); });
+  std::ranges::transform(hits, values.begin(),
+                         [&](const Hit& hit) { return (hit.position - middle).length(); });
   std::ranges::sort(values);
-  return {middle, static_cast<float>(values[static_cast<std::size_t>(static_cast<double>(values.size()) * (1 - trimmed))])};
+  return {middle, static_cast<float>(
+                      values[static_cast<std::size_t>(static_cast<double>(values.size()) * (1 - trimmed))])};
 }
 
 }  // namespace
@@ -55,7 +61,8 @@ void Visible::add(const Vertex& vertex, const V3f& direction) {
   const int side = side_of(hit.ng);
   auto& sides = sides_of(hit.position);
   ++sides[static_cast<std::size_t>(side)];
-  if (lit_side(vertex.bsdf) == V3f(0)) ++sides[static_cast<std::size_t>(side ^ 1)];  // light comes through from behind
+  // light comes through from behind
+  if (lit_side(vertex.bsdf) == V3f(0)) ++sides[static_cast<std::size_t>(side ^ 1)];
   hits_.push_back(hit);
 }
 
@@ -100,22 +107,26 @@ std::vector<Sight> Visible::sights() const {
     if (!kept.empty() && sphere.radius * growth_of_sights > kept.back().sphere.radius) continue;
     kept.push_back({sphere, 0}), parts.push_back(quantiles[i]);
   }
-  for (std::size_t i = 0; i < kept.size(); ++i) kept[i].share = static_cast<float>(parts[i] - (i + 1 < parts.size() ? parts[i + 1] : 0));
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    kept[i].share = static_cast<float>(parts[i] - (i + 1 < parts.size() ? parts[i + 1] : 0));
   std::ranges::reverse(kept);
   return kept;
 }
 
 namespace {
 
-// A camera ray, followed through mirrors and glass up to the first vertex that gathers light; false: it meets none.
-bool find_gathering(const Scene& scene, Ray& ray, const Sampler& sampler, Vertex& vertex, std::uint32_t& depth) {
+// A camera ray, followed through mirrors and glass up to the first vertex that gathers light; false: it meets
+// none.
+bool find_gathering(const Scene& scene, Ray& ray, const Sampler& sampler, Vertex& vertex,
+                    std::uint32_t& depth) {
   for (depth = 0; depth < max_depth_of_look; ++depth) {
     const auto hit = scene.intersect(ray);
     if (!hit) return false;
     make_vertex(scene, *hit, -ray.direction, ray.from_camera, Carries::Radiance, vertex);
     if (vertex.bsdf.events() & gathering) return true;
     V3f onward = ray.direction;
-    if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x, sampler.pair(2 + 2 * depth), followed))
+    if (const auto sample = sluice::sample(vertex.bsdf, vertex.point.wo, sampler.pair(3 + 2 * depth).x,
+                                           sampler.pair(2 + 2 * depth), followed))
       onward = sample->wi;
     else if (is_black(vertex.bsdf.transparency))
       return false;
@@ -124,8 +135,10 @@ bool find_gathering(const Scene& scene, Ray& ray, const Sampler& sampler, Vertex
   return false;
 }
 
-// Photons just outside of the picture reach into it, so their kernels must be known there as well. As densely as in the picture.
-void look_beside(const Scene& scene, const TransportSettings& settings, int paths, const std::atomic<bool>& cancel, Visible& seen) {
+// Photons just outside of the picture reach into it, so their kernels must be known there as well. As densely
+// as in the picture.
+void look_beside(const Scene& scene, const TransportSettings& settings, int paths,
+                 const std::atomic<bool>& cancel, Visible& seen) {
   const FrameDescription& frame = scene.frame();
   const auto is_inside = [](float x) { return x > 0 && x < 1; };
   Vertex vertex;
@@ -135,7 +148,8 @@ void look_beside(const Scene& scene, const TransportSettings& settings, int path
     const Sampler sampler(key_of(settings.seed, PilotPurpose::Margin), static_cast<std::uint32_t>(i));
     const V2f at = sampler.pair(0) * (1 + 2 * margin) - V2f(margin);
     if (is_inside(at.x) && is_inside(at.y)) continue;
-    Ray ray = scene.camera().generate(at.x * static_cast<float>(frame.width), at.y * static_cast<float>(frame.height), sampler.pair(1));
+    Ray ray = scene.camera().generate(at.x * static_cast<float>(frame.width),
+                                      at.y * static_cast<float>(frame.height), sampler.pair(1));
     if (find_gathering(scene, ray, sampler, vertex, depth)) seen.add_beside(vertex.hit.position);
   }
 }
@@ -153,7 +167,8 @@ Visible look_around(const Scene& scene, const TransportSettings& settings, const
   for (int i = 0; i < paths && !cancel; ++i) {
     const Sampler sampler(key_of(settings.seed, PilotPurpose::View), static_cast<std::uint32_t>(i));
     const V2f pixel = sampler.pair(0);
-    Ray ray = scene.camera().generate(pixel.x * static_cast<float>(frame.width), pixel.y * static_cast<float>(frame.height), sampler.pair(1));
+    Ray ray = scene.camera().generate(pixel.x * static_cast<float>(frame.width),
+                                      pixel.y * static_cast<float>(frame.height), sampler.pair(1));
     if (!find_gathering(scene, ray, sampler, vertex, depth)) continue;
     seen.add(vertex, ray.direction);
     footprints.push_back(scene.camera().footprint(vertex.hit.position));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the camera sees, as the pilot finds it: places v of view paths and, one diffuse segment further, y. Everything is measured in parts of the
-// picture and not of the scene, so that a room on a plain of a hundred kilometres is known as well as the room alone.
+// What the camera sees, as the pilot finds it: places v of view paths and, one diffuse segment further, y.
+// Everything is measured in parts of the picture and not of the scene, so that a room on a plain of a hundred
+// kilometres is known as well as the room alone.
 #pragma once
 #include <array>
 #include <atomic>
@@ -21,17 +22,19 @@ struct Sight {
   float share;  // of all that is seen, beyond the sight before it
 };
 
-// Surfaces met by view paths, counted in cells that grow with their distance from the camera, and by the side that was seen: light on the
-// outside of a wall brings nothing to a picture of its inside.
+// Surfaces met by view paths, counted in cells that grow with their distance from the camera, and by the side
+// that was seen: light on the outside of a wall brings nothing to a picture of its inside.
 class Visible {
  public:
   explicit Visible(const Scene& scene) noexcept : scene_(scene) {}
 
   void add(const Vertex& vertex, const V3f& direction);  // met by a ray in that direction
-  void add_beside(const V3d& p);                         // met just outside of the picture: the cell is known, and nothing was seen in it
+  // met just outside of the picture: the cell is known, and nothing was seen in it
+  void add_beside(const V3d& p);
 
   [[nodiscard]] bool empty() const noexcept { return hits_.empty(); }
-  [[nodiscard]] const std::vector<Hit>& hits() const noexcept { return hits_; }  // ng on the side that was seen; v and y take turns
+  // ng on the side that was seen; v and y take turns
+  [[nodiscard]] const std::vector<Hit>& hits() const noexcept { return hits_; }
   [[nodiscard]] std::size_t cell_count() const noexcept { return sides_.size(); }
   // The cell that holds p, -1 if nothing was seen there or just beside; and its edge (m).
   [[nodiscard]] int cell(const V3d& p) const noexcept;
@@ -39,11 +42,12 @@ class Visible {
   // How many of the hits in a cell show this side.
   [[nodiscard]] double hits_in(int cell, const V3f& normal) const noexcept;
 
-  // Spheres around the nearest quarter of what is seen, the nearest half and so on, where each is much larger than the one before; the last holds
-  // all but outliers. Shares sum to 1. None: nothing is seen.
+  // Spheres around the nearest quarter of what is seen, the nearest half and so on, where each is much larger
+  // than the one before; the last holds all but outliers. Shares sum to 1. None: nothing is seen.
   [[nodiscard]] std::vector<Sight> sights() const;
 
-  double footprint = 0;    // of a pixel at v (m): half of all see a smaller one (a mean would be the horizon's)
+  // of a pixel at v (m): half of all see a smaller one (a mean would be the horizon's)
+  double footprint = 0;
   double mean_length = 0;  // from v to y (m)
 
  private:
@@ -58,6 +62,7 @@ class Visible {
 };
 
 // Camera rays through mirrors and glass to v, and one diffuse segment on to y.
-[[nodiscard]] Visible look_around(const Scene& scene, const TransportSettings& settings, const std::atomic<bool>& cancel);
+[[nodiscard]] Visible look_around(const Scene& scene, const TransportSettings& settings,
+                                  const std::atomic<bool>& cancel);
 
 }  // namespace sluice

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The door to files: what is written comes back, what is foreign, broken, huge or oddly named does not get in.
+// The door to files: what is written comes back, what is foreign, broken, huge or oddly named does not get
+// in.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +15,9 @@ namespace {
 class ImageFiles : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("sluice_image_test_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
-                                                        ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = std::filesystem::temp_directory_path() /
+              ("sluice_image_test_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
+               "_" + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -29,7 +31,8 @@ class ImageFiles : public testing::Test {
 
 TEST_F(ImageFiles, ExrKeepsEveryBit) {
   std::vector<float> rgb;
-  for (int k = 0; k < 3 * 5 * 4; ++k) rgb.push_back(std::ldexp(1.0f + 0.37f * static_cast<float>(k), k % 20 - 10));
+  for (int k = 0; k < 3 * 5 * 4; ++k)
+    rgb.push_back(std::ldexp(1.0f + 0.37f * static_cast<float>(k), k % 20 - 10));
   write_image(path("a.exr"), 5, 4, rgb, {{"sluice:seed", "7"}});
   const Image image = load_image("a", path("a.exr"), ColorSpace::Linear);
   ASSERT_EQ(image.width, 5);
@@ -61,12 +64,13 @@ TEST_F(ImageFiles, ForeignBrokenAndOddlyNamedFilesAreRefused) {
   };
   EXPECT_TRUE(refuses(path("missing.png")));
   EXPECT_TRUE(refuses(folder_.string()));
-  EXPECT_TRUE(refuses(file("a.png", "P6 1 1 255 abc")));            // a PNM by another name
+  EXPECT_TRUE(refuses(file("a.png", "P6 1 1 255 abc")));  // a PNM by another name
   EXPECT_TRUE(refuses(file("b.tif", std::string("II*\0\0\0\0\0", 8))));
   EXPECT_TRUE(refuses(file("c.png", "\x89PNG\r\n\x1a\n and nothing more")));
   EXPECT_TRUE(refuses(file("d.exr", std::string("\x76\x2f\x31\x01\x02\0\0\0", 8))));
   EXPECT_TRUE(refuses(file("e.jpg", "\xff\xd8\xff\xe0")));
-  EXPECT_TRUE(refuses(file("f.hdr", "#?RADIANCE\n\n-Y 99999 +X 99999\n")));  // a bomb: sizes are read before memory is taken
+  // a bomb: sizes are read before memory is taken
+  EXPECT_TRUE(refuses(file("f.hdr", "#?RADIANCE\n\n-Y 99999 +X 99999\n")));
   EXPECT_TRUE(refuses(file("g.png", "")));
   EXPECT_TRUE(refuses(path("a.exr?x=1")));
   EXPECT_TRUE(refuses("http://example.org/a.png"));
@@ -83,9 +87,7 @@ TEST_F(ImageFiles, TruncationNeverPasses) {
     try {
       const Image image = load_image("cut", file("cut.png", bytes.substr(0, cut)), ColorSpace::SRGB);
       EXPECT_EQ(image.rgba.size(), 4u * 64 * 64);
-    } catch (const SceneError&) {
-      ++refused;
-    }
+    } catch (const SceneError&) { ++refused; }
   }
   EXPECT_GT(refused, 0);
 }
@@ -94,18 +96,21 @@ TEST(Images, PixelsAreChecked) {
   const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
   const Image color = make_image("x", 2, 1, {nan, -1, inf, 1, 0.5f, 0.5f, 0.5f, 1}, ColorSpace::Linear);
   EXPECT_EQ(color.sanitised, 1u);
-  EXPECT_EQ((std::vector<float>(color.rgba.begin(), color.rgba.begin() + 4)), (std::vector<float>{0, 0, 0, 1}));
+  EXPECT_EQ((std::vector<float>(color.rgba.begin(), color.rgba.begin() + 4)),
+            (std::vector<float>{0, 0, 0, 1}));
   const Image direction = make_image("x", 1, 1, {-0.5f, 0.5f, 1, 1}, ColorSpace::NonColor);
   EXPECT_EQ(direction.sanitised, 0u);
   EXPECT_EQ(direction.rgba[0], -0.5f);
   EXPECT_THROW(static_cast<void>(make_image("x", 2, 2, {1, 2, 3}, ColorSpace::Linear)), SceneError);
-  EXPECT_THROW(static_cast<void>(make_image("x", 20000, 1, std::vector<float>(80000), ColorSpace::Linear)), SceneError);
+  EXPECT_THROW(static_cast<void>(make_image("x", 20000, 1, std::vector<float>(80000), ColorSpace::Linear)),
+               SceneError);
   EXPECT_THROW(static_cast<void>(make_image("x", 0, 0, {}, ColorSpace::Linear)), SceneError);
   EXPECT_NEAR(make_image("x", 1, 1, {0.5f, 0.04f, 1, 0.5f}, ColorSpace::SRGB).rgba[0], 0.2140411, 1e-6);
 }
 
 TEST(Images, ClampedLookup) {
-  const Image image = make_image("x", 2, 2, {0, 0, 0, 1, 1, 0, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1}, ColorSpace::Linear);
+  const Image image =
+      make_image("x", 2, 2, {0, 0, 0, 1, 1, 0, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1}, ColorSpace::Linear);
   EXPECT_EQ(sample_clamped(image, 0.5f, 0.5f), Color(0.5f, 0.5f, 0));
   EXPECT_EQ(sample_clamped(image, 0, 1), Color(0, 1, 0));
   EXPECT_EQ(sample_clamped(image, 2, -1), Color(1, 0, 0));

@@ -34,7 +34,8 @@ class NaiveMatcher {
   }
   static bool match(const Atom& atom, const WordEvent& event) {
     bool any = false;
-    for (const Symbol& s : atom.symbols) any = any || ((s.kinds & mask_of(event.kind)) && names_meet(s, event));
+    for (const Symbol& s : atom.symbols)
+      any = any || ((s.kinds & mask_of(event.kind)) && names_meet(s, event));
     return atom.negated ? !any && event.kind != Event::L && event.kind != Event::E : any;
   }
   Places ends(int index, const Places& from) {
@@ -56,7 +57,8 @@ class NaiveMatcher {
         Places now = from;
         for (int i = 0; i < node.min; ++i) now = ends(node.children.front(), now);
         to = now;
-        const int more = node.max == SyntaxNode::unbounded ? static_cast<int>(w_.size()) + 1 : node.max - node.min;
+        const int more =
+            node.max == SyntaxNode::unbounded ? static_cast<int>(w_.size()) + 1 : node.max - node.min;
         for (int i = 0; i < more; ++i) {
           now = ends(node.children.front(), now);
           to.insert(now.begin(), now.end());
@@ -72,16 +74,23 @@ class NaiveMatcher {
 };
 
 std::string random_expression(std::mt19937& random, int depth) {
-  const auto pick = [&](std::initializer_list<const char*> all) { return std::string(*(all.begin() + random() % all.size())); };
-  const auto symbol = [&] { return pick({"L", "E", "D", "S", "G", "F", "X"}) + pick({"", "", "'a'", "'b'", "'a,c'"}); };
+  const auto pick = [&](std::initializer_list<const char*> all) {
+    return std::string(*(all.begin() + random() % all.size()));
+  };
+  const auto symbol = [&] {
+    return pick({"L", "E", "D", "S", "G", "F", "X"}) + pick({"", "", "'a'", "'b'", "'a,c'"});
+  };
   switch (depth == 0 ? random() % 4 : random() % 9) {
     case 0: return symbol();
     case 1: return pick({".", "!"}) == "." ? "." : "!" + symbol();
     case 2: return "[" + pick({"", "^"}) + symbol() + symbol() + "]";
     case 3: return "!(" + symbol() + "|" + symbol() + ")";
     case 4: return random_expression(random, depth - 1) + random_expression(random, depth - 1);
-    case 5: return "(" + random_expression(random, depth - 1) + "|" + random_expression(random, depth - 1) + ")";
-    case 6: return "(" + random_expression(random, depth - 1) + ")" + pick({"*", "+", "?", "{2}", "{1,}", "{0,2}", "{1,3}", "{0}"});
+    case 5:
+      return "(" + random_expression(random, depth - 1) + "|" + random_expression(random, depth - 1) + ")";
+    case 6:
+      return "(" + random_expression(random, depth - 1) + ")" +
+             pick({"*", "+", "?", "{2}", "{1,}", "{0,2}", "{1,3}", "{0}"});
     default: return "(" + random_expression(random, depth - 1) + ")";
   }
 }
@@ -90,12 +99,13 @@ struct Compiled {
   std::vector<Expression> expressions;
   Automata automata;
 
-  Compiled(const std::vector<std::string>& texts, std::span<const Entity> entities, std::span<const Entity> gates = {}, std::vector<int> own_gates = {},
-           bool reversed = false) {
+  Compiled(const std::vector<std::string>& texts, std::span<const Entity> entities,
+           std::span<const Entity> gates = {}, std::vector<int> own_gates = {}, bool reversed = false) {
     for (const auto& text : texts) expressions.push_back(parse_expression(text));
     std::vector<Rule> rules;
     for (std::size_t i = 0; i < texts.size(); ++i)
-      rules.push_back({"edit " + std::to_string(i), &expressions[i], own_gates.empty() ? -1 : own_gates[i], reversed});
+      rules.push_back(
+          {"edit " + std::to_string(i), &expressions[i], own_gates.empty() ? -1 : own_gates[i], reversed});
     automata = compile_automata(rules, entities, gates);
   }
   // Rules that accept, over all groups.
@@ -128,7 +138,8 @@ Word random_word(std::mt19937& random, const Alphabet& alphabet, std::vector<Eve
       classes.push_back(alphabet.gate(gate));
     } else {
       const int thing = static_cast<int>(random() % (things.size() + 1)) - 1;
-      word.push_back({kind, thing < 0 ? std::vector<std::string>{} : things[static_cast<std::size_t>(thing)].names});
+      word.push_back(
+          {kind, thing < 0 ? std::vector<std::string>{} : things[static_cast<std::size_t>(thing)].names});
       classes.push_back(alphabet.event(kind, thing));
     }
   }
@@ -149,9 +160,11 @@ TEST(Automaton, AgreesWithANaiveMatcher) {
       const std::set<int> found = all.accepting(classes, reversed);
       accepted += static_cast<int>(found.size());
       for (std::size_t r = 0; r < texts.size(); ++r)
-        ASSERT_EQ(found.contains(static_cast<int>(r)), NaiveMatcher(all.expressions[r], word).matches()) << texts[r] << ", word " << i;
+        ASSERT_EQ(found.contains(static_cast<int>(r)), NaiveMatcher(all.expressions[r], word).matches())
+            << texts[r] << ", word " << i;
     }
-    for (const Dfa& dfa : reversed ? all.automata.backward : all.automata.forward) EXPECT_LE(dfa.states, max_dfa_states);
+    for (const Dfa& dfa : reversed ? all.automata.backward : all.automata.forward)
+      EXPECT_LE(dfa.states, max_dfa_states);
   }
   EXPECT_GT(accepted, 20'000);
 }
@@ -163,7 +176,8 @@ TEST(Automaton, BlowUpIsLimited) {
   for (const int n : {4, 8, 10}) {
     const auto start = std::chrono::steady_clock::now();
     const Compiled one({"L.*S" + dots(n)}, things);
-    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     ASSERT_EQ(one.automata.forward.size(), 1u);
     EXPECT_EQ(one.automata.forward[0].states, (1 << (n + 1)) + 2);
     RecordProperty("compile_ms_" + std::to_string(n), std::to_string(ms));
@@ -184,7 +198,8 @@ TEST(Automaton, ExpressionsShareOneWhileItFits) {
   // Two that are exponential in different events fit alone and not together (2^8 · 2^8 states).
   const Compiled two({"L.*S'a'" + dots(7), "L.*D'b'" + dots(7), "LS"}, things);
   EXPECT_EQ(two.automata.forward.size(), 2u);
-  const EventClass l = two.automata.alphabet.event(Event::L, -1), s = two.automata.alphabet.event(Event::S, 0), d = two.automata.alphabet.event(Event::D, 1);
+  const EventClass l = two.automata.alphabet.event(Event::L, -1),
+                   s = two.automata.alphabet.event(Event::S, 0), d = two.automata.alphabet.event(Event::D, 1);
   EXPECT_EQ(two.accepting({l, s, d, d, d, d, d, d, d}), std::set<int>{0});
   EXPECT_EQ(two.accepting({l, s, d, s, s, s, s, s, s, s}), std::set<int>{1});
   EXPECT_EQ(two.accepting({l, s}), std::set<int>{2});
@@ -196,10 +211,14 @@ TEST(Automaton, EqualExpressionsAreOne) {
   ASSERT_EQ(all.automata.forward.size(), 1u);
   EXPECT_EQ(all.automata.forward[0].states, Compiled({"L.*S'a'D"}, things).automata.forward[0].states);
   const auto& alphabet = all.automata.alphabet;
-  EXPECT_EQ(all.accepting({alphabet.event(Event::L, -1), alphabet.event(Event::S, 0), alphabet.event(Event::D, 2)}).size(), 1000u);
+  EXPECT_EQ(
+      all.accepting({alphabet.event(Event::L, -1), alphabet.event(Event::S, 0), alphabet.event(Event::D, 2)})
+          .size(),
+      1000u);
 }
 
-// Design §3: an edit that acts once cannot see its own F before it acts, so guards against oneself cost no states.
+// Design §3: an edit that acts once cannot see its own F before it acts, so guards against oneself cost no
+// states.
 TEST(Automaton, GuardsAgainstOneselfShare) {
   std::vector<std::string> guarded;
   std::vector<Entity> edits;
@@ -211,13 +230,15 @@ TEST(Automaton, GuardsAgainstOneselfShare) {
   }
   const auto start = std::chrono::steady_clock::now();
   const Compiled all(guarded, things, edits, own);
-  std::printf("1000 guarded edits: %.1f ms\n", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  std::printf("1000 guarded edits: %.1f ms\n",
+              std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   ASSERT_EQ(all.automata.forward.size(), 1u);
   EXPECT_EQ(all.automata.forward[0].states, Compiled({"L.*S"}, things).automata.forward[0].states);
   // Edits that repeat keep the guard: after its own F, edit 3 no longer accepts.
   const Compiled repeating({guarded[3], guarded[4]}, things, edits, {-1, -1});
   const auto& alphabet = repeating.automata.alphabet;
-  EXPECT_EQ(repeating.accepting({alphabet.event(Event::L, 0), alphabet.gate(3), alphabet.event(Event::S, 0)}), std::set<int>{1});
+  EXPECT_EQ(repeating.accepting({alphabet.event(Event::L, 0), alphabet.gate(3), alphabet.event(Event::S, 0)}),
+            std::set<int>{1});
 }
 
 TEST(Automaton, ManyDifferentNames) {
@@ -229,7 +250,8 @@ TEST(Automaton, ManyDifferentNames) {
   }
   const auto start = std::chrono::steady_clock::now();
   const Compiled all(texts, named);
-  std::printf("1000 names: %.1f ms\n", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  std::printf("1000 names: %.1f ms\n",
+              std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   EXPECT_EQ(all.automata.forward.size(), 1u);
   const auto& alphabet = all.automata.alphabet;
   EXPECT_EQ(all.accepting({alphabet.event(Event::L, -1), alphabet.event(Event::G, 700)}), std::set<int>{700});
@@ -248,7 +270,8 @@ TEST(Automaton, ClassesAreFew) {
 TEST(Automaton, UnknownNamesAreWarned) {
   const Expression e = parse_expression("L S'Eg' F'Flor' D'Floor'");
   const Rule rule{"Move", &e};
-  const std::vector<Entity> scene{{{"Egg"}}, {{"Floor"}}, {{"Leg", "Furniture"}}}, edits{{{"Move"}}, {{"Flow"}}};
+  const std::vector<Entity> scene{{{"Egg"}}, {{"Floor"}}, {{"Leg", "Furniture"}}},
+      edits{{{"Move"}}, {{"Flow"}}};
   Warnings warnings;
   warn_unknown_names({&rule, 1}, scene, edits, warnings);
   ASSERT_EQ(warnings.size(), 2u);

@@ -11,7 +11,8 @@ namespace {
 
 const std::vector<Entity> entities{{{"Lamp"}}, {{"Egg", "Glass things"}}, {{"Floor"}}};
 
-EditDescription whole(const std::string& name, const std::string& expression, int order, const V3d& place = V3d(0)) {
+EditDescription whole(const std::string& name, const std::string& expression, int order,
+                      const V3d& place = V3d(0)) {
   EditDescription e = edit_at(name, at(place), expression, order);
   e.exits.push_back(exit_at(name + " exit", at(place + V3d(3, 0, 0)), order + 1));
   return e;
@@ -61,9 +62,7 @@ TEST(CompileEdits, ErrorsNameTheEdit) {
   const auto error_of = [](const std::string& expression) {
     try {
       const TestEdits edits({whole("Good", "L", 0), whole("Caustic", expression, 1)}, entities);
-    } catch (const ExpressionError& e) {
-      return e.item + " " + std::to_string(e.column);
-    }
+    } catch (const ExpressionError& e) { return e.item + " " + std::to_string(e.column); }
     return std::string();
   };
   EXPECT_EQ(error_of("LS+"), "");
@@ -83,7 +82,8 @@ TEST(CompileEdits, AnEntryWithoutExitsAbsorbsAndSaysSoOnce) {
   EXPECT_TRUE(edits.edits[0].exits.empty());
 }
 
-// An exit that grows: its flux is its share of the entry's area, from nothing on, and the entry stays what it is.
+// An exit that grows: its flux is its share of the entry's area, from nothing on, and the entry stays what it
+// is.
 TEST(CompileEdits, AnExitWithoutAreaSendsNothing) {
   const auto grown = [](double x, double y) {
     EditDescription e = whole("A", "L", 0);
@@ -117,7 +117,8 @@ TEST(CompileEdits, UnknownNamesAreWarnedKnownOnesAreNot) {
   off.enabled = false;
   EditDescription grouped = whole("B", "L", 4, {0, 0, 5});
   grouped.collections = {"Moves"};
-  const TestEdits edits({whole("A", "L'Lmap' D'Glass things' X'floor' F'Moves' F'Old' F'A' F'C'", 0), off, grouped}, entities);
+  const TestEdits edits(
+      {whole("A", "L'Lmap' D'Glass things' X'floor' F'Moves' F'Old' F'A' F'C'", 0), off, grouped}, entities);
   ASSERT_EQ(edits.warnings.size(), 4u);
   EXPECT_NE(edits.warnings[0].message.find("'Lamp'"), std::string::npos);
   EXPECT_NE(edits.warnings[1].message.find("'Floor'"), std::string::npos);
@@ -127,11 +128,13 @@ TEST(CompileEdits, UnknownNamesAreWarnedKnownOnesAreNot) {
 
 // F'Collection' means every edit in it.
 TEST(CompileEdits, CollectionsOfEdits) {
-  EditDescription a = whole("A", "LD", 0), b = whole("B", "LD", 1, {0, 0, 5}), c = whole("C", "LDF'Moves'", 2, {0, 0, 9});
+  EditDescription a = whole("A", "LD", 0), b = whole("B", "LD", 1, {0, 0, 5}),
+                  c = whole("C", "LDF'Moves'", 2, {0, 0, 9});
   a.collections = {"Moves", "Other"};
   const TestEdits test({a, b, c}, entities);
   StateTable table(test.edits);
-  const StateId q = table.next(table.next(StateTable::light_start, test.edits.event_class(Event::L, 0)), test.edits.event_class(Event::D, 2));
+  const StateId q = table.next(table.next(StateTable::light_start, test.edits.event_class(Event::L, 0)),
+                               test.edits.event_class(Event::D, 2));
   EXPECT_TRUE(table.takes(table.through(q, 0), 2));
   EXPECT_FALSE(table.takes(table.through(q, 1), 2));
 }
@@ -139,15 +142,19 @@ TEST(CompileEdits, CollectionsOfEdits) {
 // The order of descriptions decides nothing but equal orders.
 TEST(CompileEdits, OrderIsTheArtists) {
   std::vector<EditDescription> all;
-  for (int i = 0; i < 50; ++i) all.push_back(whole(numbered("e", i), i % 3 ? "L.*" : "L.*S", (i * 37) % 50, {0.01 * i, 0, 0}));
+  for (int i = 0; i < 50; ++i)
+    all.push_back(whole(numbered("e", i), i % 3 ? "L.*" : "L.*S", (i * 37) % 50, {0.01 * i, 0, 0}));
   const TestEdits forward(all, entities);
   std::reverse(all.begin(), all.end());
   const TestEdits backward(all, entities);
   StateTable a(forward.edits), b(backward.edits);
   for (double x = -0.9; x < 0.9; x += 0.1) {
     const Segment segment{{x, 0.1, 5}, {0, 0, -1}};
-    const auto lit = [](StateTable& t, const Edits& e) { return t.next(StateTable::light_start, e.event_class(Event::L, 0)); };
-    const auto p = forward.edits.first_taken(a, lit(a, forward.edits), segment), q = backward.edits.first_taken(b, lit(b, backward.edits), segment);
+    const auto lit = [](StateTable& t, const Edits& e) {
+      return t.next(StateTable::light_start, e.event_class(Event::L, 0));
+    };
+    const auto p = forward.edits.first_taken(a, lit(a, forward.edits), segment),
+               q = backward.edits.first_taken(b, lit(b, backward.edits), segment);
     ASSERT_TRUE(p && q);
     EXPECT_EQ(forward.edits[p->edit].name, backward.edits[q->edit].name);
     EXPECT_EQ(p->t, q->t);

@@ -20,7 +20,8 @@ TEST(Gates, DeltaIsThatOfTheDesign) {
 }
 
 TEST(Gates, TheFirstPlaneAndThenOrderDecides) {
-  std::vector<EditDescription> all{edit_at("far", at({0, 0, -5}), "L", 0), edit_at("late", flat, "L", 7), edit_at("early", flat, "L", 3), edit_at("other", at({0, 0, 2}), "LD", 1)};
+  std::vector<EditDescription> all{edit_at("far", at({0, 0, -5}), "L", 0), edit_at("late", flat, "L", 7),
+                                   edit_at("early", flat, "L", 3), edit_at("other", at({0, 0, 2}), "LD", 1)};
   Setting s(all);
   auto c = s.taken({0.3, 0.2, 10}, {0, 0, -1});
   ASSERT_TRUE(c);
@@ -28,8 +29,8 @@ TEST(Gates, TheFirstPlaneAndThenOrderDecides) {
   EXPECT_NEAR(c->t, 10 - s.edits.delta(), 1e-12);
   EXPECT_NEAR(c->uv.x, 0.65, 1e-9);
   EXPECT_NEAR(c->uv.y, 0.6, 1e-9);
-  EXPECT_EQ(s.taken({0.3, 0.2, -10}, {0, 0, 1})->edit, 0);                        // quads act on both sides
-  EXPECT_EQ(s.taken({0.3, 0.2, 10}, {0, 0, -1}, 1e9, c->group)->edit, 0);         // the plane just left
+  EXPECT_EQ(s.taken({0.3, 0.2, -10}, {0, 0, 1})->edit, 0);                 // quads act on both sides
+  EXPECT_EQ(s.taken({0.3, 0.2, 10}, {0, 0, -1}, 1e9, c->group)->edit, 0);  // the plane just left
   EXPECT_FALSE(s.taken({0.3, 0.2, 10}, {0, 0, -1}, 9));
   EXPECT_FALSE(s.taken({1.3, 0.2, 10}, {0, 0, -1}));
   EXPECT_EQ(s.edits.first_taken(s.table, s.diffuse, {{0, 0, 10}, {0, 0, -1}})->edit, 3);
@@ -37,10 +38,15 @@ TEST(Gates, TheFirstPlaneAndThenOrderDecides) {
   EXPECT_TRUE(s.edits.any_taken(s.table, s.lit, {{0, 0, 10}, {0, 0, -1}}));
   EXPECT_FALSE(s.edits.any_taken(s.table, s.lit, {{0, 0, 10}, {0, 0, -1}, 0, 9}));
   // Used up, the earlier one lets the later one act.
-  EXPECT_EQ(s.edits.first_taken(s.table, s.table.next(StateTable::light_start, s.edits.event_class(Event::D, -1)), {{0, 0, 10}, {0, 0, -1}}), std::nullopt);
+  EXPECT_EQ(
+      s.edits.first_taken(s.table, s.table.next(StateTable::light_start, s.edits.event_class(Event::D, -1)),
+                          {{0, 0, 10}, {0, 0, -1}}),
+      std::nullopt);
 }
 
-bool operator==(const Crossing& a, const Crossing& b) { return a.t == b.t && a.uv == b.uv && a.edit == b.edit && a.exit == b.exit && a.group == b.group; }
+bool operator==(const Crossing& a, const Crossing& b) {
+  return a.t == b.t && a.uv == b.uv && a.edit == b.edit && a.exit == b.exit && a.group == b.group;
+}
 
 // Loop and BVH give the bits of intersect() on each quad.
 TEST(Gates, ManyQuadsAgreeWithEachAlone) {
@@ -49,15 +55,20 @@ TEST(Gates, ManyQuadsAgreeWithEachAlone) {
     std::vector<EditDescription> all;
     for (int i = 0; i < n; ++i) {
       // every fourth lies in one plane with others
-      const M44d m = i % 4 == 0 ? at({uniform(random, -10, 10), uniform(random, -10, 10), 0}) : random_placement(random, random_direction(random) * uniform(random, 0, 10), true);
+      const M44d m = i % 4 == 0
+                         ? at({uniform(random, -10, 10), uniform(random, -10, 10), 0})
+                         : random_placement(random, random_direction(random) * uniform(random, 0, 10), true);
       all.push_back(edit_at(numbered("e", i), m, i % 5 ? "L" : "LD", n - i));
-      all.back().exits.push_back(exit_at(numbered("x", i), random_placement(random, random_direction(random) * 8.0), 2000 + i));
+      all.back().exits.push_back(
+          exit_at(numbered("x", i), random_placement(random, random_direction(random) * 8.0), 2000 + i));
     }
     Setting s(all);
     std::vector<Crossing> crossings;
     int hits = 0;
     for (int k = 0; k < 3000; ++k) {
-      const V3d o = random_direction(random) * 15.0, d = k % 50 == 0 ? V3d(0, 0, o.z > 0 ? -1 : 1) : to_double(to_float(random_direction(random) * 8.0 - o).normalized());
+      const V3d o = random_direction(random) * 15.0,
+                d = k % 50 == 0 ? V3d(0, 0, o.z > 0 ? -1 : 1)
+                                : to_double(to_float(random_direction(random) * 8.0 - o).normalized());
       const double t_max = k % 3 ? 1e9 : 15;
       const int excluded = k % 7 ? -1 : 0;
       std::optional<Crossing> best;
@@ -71,7 +82,8 @@ TEST(Gates, ManyQuadsAgreeWithEachAlone) {
         }
         const auto hit = intersect(entry, o, d);
         if (!hit || hit->t <= 0 || hit->t > t_max || entry.group == excluded || e % 5 == 0) continue;
-        if (!best || hit->t < best->t || (hit->t == best->t && entry.order < best->order)) best = Crossing{hit->t, hit->uv, e, QuadId::entry, entry.group, entry.order};
+        if (!best || hit->t < best->t || (hit->t == best->t && entry.order < best->order))
+          best = Crossing{hit->t, hit->uv, e, QuadId::entry, entry.group, entry.order};
       }
       const Segment segment{o, d, 0, t_max, excluded};
       const auto found = s.edits.first_taken(s.table, s.lit, segment);
@@ -108,7 +120,8 @@ TEST(Gates, P3CoplanarEntries) {
 TEST(Gates, P5AnEdgeCapturesOnce) {
   Random random(6);
   const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
-  std::vector<EditDescription> two{edit_at("B", placed(-x, -y, z, x * 2.0), "L", 2), edit_at("A", placed(x, y, z, V3d(0)), "L", 1)};
+  std::vector<EditDescription> two{edit_at("B", placed(-x, -y, z, x * 2.0), "L", 2),
+                                   edit_at("A", placed(x, y, z, V3d(0)), "L", 1)};
   for (auto& e : two) e.exits.push_back(exit_at("X", at({0, 0, 50})));
   Setting s(two);
   for (int i = 0; i < 100'000; ++i) {
@@ -117,11 +130,13 @@ TEST(Gates, P5AnEdgeCapturesOnce) {
     const auto c = s.taken(p - d * 2.0, d);
     ASSERT_TRUE(c);
     EXPECT_EQ(c->edit, 1);  // closed squares: the edge belongs to both
-    EXPECT_FALSE(s.edits.first_taken(s.table, s.lit, {p - d * 2.0, d, c->t, 1e9, c->group}));  // behind the plane nothing is left
+    // behind the plane nothing is left
+    EXPECT_FALSE(s.edits.first_taken(s.table, s.lit, {p - d * 2.0, d, c->t, 1e9, c->group}));
   }
 }
 
-// A receiver as a renderer has it: float32 corners, its own tessellation, hit positions in double from the hit triangle.
+// A receiver as a renderer has it: float32 corners, its own tessellation, hit positions in double from the
+// hit triangle.
 struct Receiver {
   std::vector<V3d> corners;
   double hit(const V3d& o, const V3d& d) const {  // smallest t > 0 over its triangles
@@ -139,20 +154,26 @@ struct Receiver {
 
 Receiver make_receiver(const V3d& place, const V3d& x, const V3d& y, int cells) {
   Receiver r;
-  const auto corner = [&](int i, int j) { return to_double(to_float(place + x * (4.0 * i / cells - 2) + y * (4.0 * j / cells - 2))); };
+  const auto corner = [&](int i, int j) {
+    return to_double(to_float(place + x * (4.0 * i / cells - 2) + y * (4.0 * j / cells - 2)));
+  };
   for (int i = 0; i < cells; ++i)
     for (int j = 0; j < cells; ++j)
-      for (const auto& p : {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)}) r.corners.push_back(p);
+      for (const auto& p : {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j),
+                            corner(i + 1, j + 1), corner(i, j + 1)})
+        r.corners.push_back(p);
   return r;
 }
 
-// P1: all that leaves an exit laid on a receiver lands on it. P2: an entry laid on a receiver is met before it, from near and far.
+// P1: all that leaves an exit laid on a receiver lands on it. P2: an entry laid on a receiver is met before
+// it, from near and far.
 TEST(Gates, P1P2QuadsLaidOnAReceiver) {
   Random random(1);
   int rays = 0;
   for (const double far : {1.0, 1e2, 1e4, 1e5}) {
     for (int i = 0; i < 60; ++i) {
-      const V3d place = random_direction(random) * far, x = random_direction(random), z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
+      const V3d place = random_direction(random) * far, x = random_direction(random),
+                z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
       const Receiver receiver = make_receiver(place, x, y, 7);
       // Matrices come as float32; the entry lies beside the exit, on the same receiver.
       const auto as_float = [](M44d m) {
@@ -160,7 +181,8 @@ TEST(Gates, P1P2QuadsLaidOnAReceiver) {
           for (int c = 0; c < 4; ++c) m[r][c] = static_cast<double>(static_cast<float>(m[r][c]));
         return m;
       };
-      std::vector<EditDescription> one{edit_at("A", as_float(placed(x * 0.5, y * 0.5, z, place + x * 0.7)), "L", 0)};
+      std::vector<EditDescription> one{
+          edit_at("A", as_float(placed(x * 0.5, y * 0.5, z, place + x * 0.7)), "L", 0)};
       one[0].exits.push_back(exit_at("X", as_float(placed(x * 0.5, y * 0.5, z, place - x * 0.7))));
       Box bounds;
       for (const V3d& p : receiver.corners) bounds.extendBy(p);
@@ -172,7 +194,8 @@ TEST(Gates, P1P2QuadsLaidOnAReceiver) {
         ++rays;
         const Passage out = *s.edits.forward(0, 0, {uniform(random), uniform(random)}, to_float(d));
         ASSERT_LT(receiver.hit(out.position, d), 1e-3 * far + 1e-2);
-        const V3d p = s.edits[0].entry.point({uniform(random), uniform(random)}), o = p - d * (k % 2 ? 1000.0 : uniform(random, 0.5, 3.5));
+        const V3d p = s.edits[0].entry.point({uniform(random), uniform(random)}),
+                  o = p - d * (k % 2 ? 1000.0 : uniform(random, 0.5, 3.5));
         const double t = receiver.hit(o, d);
         ASSERT_LT(t, infinity);
         ASSERT_TRUE(s.edits.first_taken(s.table, s.lit, {o, d, 0, t}));
@@ -188,7 +211,9 @@ TEST(Gates, P1P2QuadsLaidOnAReceiver) {
 
 // Design §2: light leaving an exit crosses the plane's entries, all but its own, by order.
 TEST(Gates, EditsLaidOnAnExit) {
-  std::vector<EditDescription> all{edit_at("A", at({-10, 0, 0}), "L", 0), edit_at("B", flat, "L.*F'A'.*", 5), edit_at("C", flat, "LF'A'|LD", 2), edit_at("D", at({0.5, 0.5, 3}), "LF", 1)};
+  std::vector<EditDescription> all{edit_at("A", at({-10, 0, 0}), "L", 0), edit_at("B", flat, "L.*F'A'.*", 5),
+                                   edit_at("C", flat, "LF'A'|LD", 2),
+                                   edit_at("D", at({0.5, 0.5, 3}), "LF", 1)};
   all[0].exits.push_back(exit_at("XA", flat, 6));
   all[3].exits.push_back(exit_at("XD", at({0, 0, 3}), 9));
   Setting s(all);
@@ -198,8 +223,10 @@ TEST(Gates, EditsLaidOnAnExit) {
   ASSERT_TRUE(c);
   EXPECT_EQ(c->edit, 2);
   EXPECT_NEAR(c->uv.x, 0.25, 1e-12);
-  EXPECT_EQ(s.edits.first_taken_at_exit(s.table, s.table.through(q, 2), 2, straight_on, out.position)->edit, 1);
-  EXPECT_FALSE(s.edits.first_taken_at_exit(s.table, s.diffuse, 2, straight_on, out.position));  // the entry's own is not crossed again
+  EXPECT_EQ(s.edits.first_taken_at_exit(s.table, s.table.through(q, 2), 2, straight_on, out.position)->edit,
+            1);
+  // the entry's own is not crossed again
+  EXPECT_FALSE(s.edits.first_taken_at_exit(s.table, s.diffuse, 2, straight_on, out.position));
   EXPECT_FALSE(s.edits.first_taken_at_exit(s.table, s.lit, 0, 0, out.position));
   EXPECT_FALSE(s.edits.first_taken_at_exit(s.table, q, 0, 0, V3d(1.5, 0, out.position.z)));
   EXPECT_FALSE(s.edits.first_taken_at_exit(s.table, q, 3, 0, V3d(0, 0, 3)));  // another plane
@@ -261,7 +288,8 @@ TEST(Gates, ReCentringMovesNothing) {
   there[0].exits.push_back(exit_at("X", at(away + V3d(7, 0, 0))));
   Setting a(here), b(there, {}, away);
   const Segment segment{{0.3, 0.2, 10}, {0, 0, -1}};
-  const auto ca = a.edits.first_taken(a.table, a.lit, segment), cb = b.edits.first_taken(b.table, b.lit, segment);
+  const auto ca = a.edits.first_taken(a.table, a.lit, segment),
+             cb = b.edits.first_taken(b.table, b.lit, segment);
   ASSERT_TRUE(ca && cb);
   EXPECT_EQ(ca->uv, cb->uv);
   EXPECT_NEAR(cb->t, 10 - b.edits.delta(), 1e-9);

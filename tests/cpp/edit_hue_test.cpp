@@ -34,7 +34,8 @@ TEST(Hue, TurnsOnTheHexagon) {
 
 TEST(Hue, P15ZeroAndGreysAreBitExact) {
   for (const float v : {0.0f, -0.0f, 1e-38f, 1e-20f, 0.18f, 1.0f, 3e5f, 1e38f, -1.0f})
-    for (const float angle : {0.0f, 0.1f, 3.0f, -2.0f}) EXPECT_TRUE(same_bits(apply_hue(Color(v), angle), Color(v)));
+    for (const float angle : {0.0f, 0.1f, 3.0f, -2.0f})
+      EXPECT_TRUE(same_bits(apply_hue(Color(v), angle), Color(v)));
   EXPECT_TRUE(same_bits(apply_hue({0.1f, 0.2f, 0.3f}, 0), {0.1f, 0.2f, 0.3f}));
   EXPECT_TRUE(same_bits(apply_hue({-0.1f, 0.2f, 0.3f}, 0), {-0.1f, 0.2f, 0.3f}));
 }
@@ -68,7 +69,8 @@ TEST(Hue, HomogeneousButNotLinear) {
 }
 
 TEST(Hue, WholeTurnsAndTinyAnglesStayInRange) {
-  for (const float angle : {2 * std::numbers::pi_v<float>, -2 * std::numbers::pi_v<float>, 1e-30f, -1e-30f, -1e-8f, 1e6f, -1e6f, 1e30f}) {
+  for (const float angle : {2 * std::numbers::pi_v<float>, -2 * std::numbers::pi_v<float>, 1e-30f, -1e-30f,
+                            -1e-8f, 1e6f, -1e6f, 1e30f}) {
     const Color h = apply_hue({1, 0, 0}, angle);
     EXPECT_TRUE(is_finite(h) && h.x >= 0 && h.y >= 0 && h.z >= 0) << angle;
     EXPECT_NEAR(luma(h), 0.2126, 1e-6) << angle;

@@ -13,15 +13,19 @@ namespace sluice {
 namespace {
 
 std::vector<std::uint16_t> list(std::span<const std::uint16_t> edits) { return {edits.begin(), edits.end()}; }
-std::vector<std::uint32_t> used(const StateTable& table, StateId q) { return {table.used(q).begin(), table.used(q).end()}; }
+std::vector<std::uint32_t> used(const StateTable& table, StateId q) {
+  return {table.used(q).begin(), table.used(q).end()};
+}
 using Taken = std::vector<std::uint16_t>;
 
 const std::vector<Entity> entities{{{"Lamp"}}, {{"Egg"}}, {{"Floor"}}};
 enum { Lamp, Egg, Floor };
 
 std::vector<EditDescription> some_edits() {
-  std::vector<EditDescription> all{edit_at("A", at({0, 0, 0}), "L.*S", 5), edit_at("B", at({5, 0, 0}), "L.*S", 2), edit_at("R", at({10, 0, 0}), "L.*", 9),
-                                   edit_at("V", at({15, 0, 0}), "SE", 1), edit_at("Chain", at({20, 0, 0}), "L.*F'A'.*", 4)};
+  std::vector<EditDescription> all{
+      edit_at("A", at({0, 0, 0}), "L.*S", 5), edit_at("B", at({5, 0, 0}), "L.*S", 2),
+      edit_at("R", at({10, 0, 0}), "L.*", 9), edit_at("V", at({15, 0, 0}), "SE", 1),
+      edit_at("Chain", at({20, 0, 0}), "L.*F'A'.*", 4)};
   all[2].repeat = true;
   return all;
 }
@@ -48,7 +52,7 @@ TEST_F(PathState, OncePerPathUnlessRepeat) {
   StateId q = table.through(table.next(lit, s), 0);
   EXPECT_EQ(table.gates(q), 1);
   EXPECT_EQ(used(table, q), (std::vector<std::uint32_t>{0}));
-  EXPECT_EQ(list(table.taking(q)), (Taken{4, 2}));       // behind F'A' Chain accepts
+  EXPECT_EQ(list(table.taking(q)), (Taken{4, 2}));                    // behind F'A' Chain accepts
   EXPECT_EQ(list(table.taking(table.next(q, s))), (Taken{1, 4, 2}));  // A is spent, B is not
   q = table.through(q, 2);
   EXPECT_EQ(table.gates(q), 2);
@@ -58,7 +62,8 @@ TEST_F(PathState, OncePerPathUnlessRepeat) {
 
 // The paper's L(!F_i)*: with `repeat` the guard alone keeps an edit from acting twice.
 TEST(PathStateGuards, AreReadWhenAnEditRepeats) {
-  std::vector<EditDescription> two{edit_at("A", at({0, 0, 0}), "L(!F'A')*", 0), edit_at("B", at({5, 0, 0}), "L(!F'A')*", 1)};
+  std::vector<EditDescription> two{edit_at("A", at({0, 0, 0}), "L(!F'A')*", 0),
+                                   edit_at("B", at({5, 0, 0}), "L(!F'A')*", 1)};
   two[0].repeat = two[1].repeat = true;
   TestEdits test(two, entities);
   StateTable table(test.edits);
@@ -80,7 +85,8 @@ TEST_F(PathState, CapsStopAtMaxGates) {
 
 // Layers read the whole word along with the edits, and are no edits.
 TEST(PathStateImages, AreThoseOfTheWholeWord) {
-  const std::vector<LayerDescription> layers{{"Caustic", "LS+DE"}, {"Moved", "L.*F'A'.*E"}, {"Lamp", "L'Lamp'.*E"}, {"All", "L.*E"}};
+  const std::vector<LayerDescription> layers{
+      {"Caustic", "LS+DE"}, {"Moved", "L.*F'A'.*E"}, {"Lamp", "L'Lamp'.*E"}, {"All", "L.*E"}};
   std::vector<EditDescription> one{edit_at("A", at({0, 0, 0}), "LS", 0)};
   one[0].exits = {exit_at("A exit", at({5, 0, 0}))};
   Warnings warnings;
@@ -110,12 +116,14 @@ TEST_F(PathState, ViewStatesReadBackwardFromTheEye) {
   EXPECT_EQ(list(table.taking(v)), Taken{3});
   EXPECT_TRUE(table.taking(table.next(v, s)).empty());
   EXPECT_TRUE(table.taking(table.through(v, 3)).empty());
-  EXPECT_TRUE(table.taking(table.next(table.next(StateTable::view_start, s), e)).empty());  // not the forward word
+  // not the forward word
+  EXPECT_TRUE(table.taking(table.next(table.next(StateTable::view_start, s), e)).empty());
 }
 
 TEST_F(PathState, ASpentOrderOfGatesDoesNotMatter) {
   const StateId q = table.next(lit, s);
-  const StateId ab = table.next(table.through(table.through(q, 0), 1), s), ba = table.next(table.through(table.through(q, 1), 0), s);
+  const StateId ab = table.next(table.through(table.through(q, 0), 1), s),
+                ba = table.next(table.through(table.through(q, 1), 0), s);
   EXPECT_EQ(ab, ba);  // same automaton state, gates and set of used edits
 }
 
@@ -129,8 +137,11 @@ TEST_F(PathState, ContentsMeanTheSameInEveryTable) {
       const int seed = pass == 0 ? walk : 499 - walk;
       std::mt19937 path(static_cast<unsigned>(seed));
       StateTable& t = pass == 0 ? table : other;
-      StateId q = t.next(seed % 3 ? StateTable::light_start : StateTable::view_start, edits.event_class(seed % 3 ? Event::L : Event::E, -1));
-      for (int i = 0; i < 6; ++i) q = path() % 3 ? t.next(q, events[path() % events.size()]) : t.through(q, static_cast<int>(path() % 5));
+      StateId q = t.next(seed % 3 ? StateTable::light_start : StateTable::view_start,
+                         edits.event_class(seed % 3 ? Event::L : Event::E, -1));
+      for (int i = 0; i < 6; ++i)
+        q = path() % 3 ? t.next(q, events[path() % events.size()])
+                       : t.through(q, static_cast<int>(path() % 5));
       (pass == 0 ? mine : theirs).push_back(q);
     }
   ASSERT_EQ(table.size(), other.size());
@@ -203,7 +214,8 @@ TEST(PathStateMemory, IsALimit) {
   EXPECT_GT(ample.size(), 100u);
   EXPECT_GT(ample.bytes(), 2 * 8192u);
   EXPECT_GT(tight.overflows(), 100u);
-  EXPECT_LT(tight.bytes(), 8192u + 2048u);  // it ends with the state that reaches the limit, and its list of seven quads
+  // it ends with the state that reaches the limit, and its list of seven quads
+  EXPECT_LT(tight.bytes(), 8192u + 2048u);
   EXPECT_GT(tight.size(), 3u);
   EXPECT_EQ(none.size(), 3u);  // dead and the two starts are always there
 }

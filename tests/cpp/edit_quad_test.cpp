@@ -10,7 +10,9 @@ namespace {
 
 using Random = std::mt19937_64;
 
-double uniform(Random& random, double low = 0, double high = 1) { return std::uniform_real_distribution<double>(low, high)(random); }
+double uniform(Random& random, double low = 0, double high = 1) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 
 // A quad in place: floated, in its plane group, alone unless others are given.
 Quad lone_quad(const QuadDescription& d, double delta = 0, const V3d& centre = V3d(0)) {
@@ -37,7 +39,8 @@ TEST(Quad, FloatsOnTheSideOfItsArrow) {
   EXPECT_DOUBLE_EQ(lone_quad(bumpy, 0.25).point({0.5, 0.5}).z, 5.75);
 }
 
-// P14: frames are orthonormal; a mirrored quad has a mirrored frame; components survive the way from frame to frame.
+// P14: frames are orthonormal; a mirrored quad has a mirrored frame; components survive the way from frame to
+// frame.
 TEST(Quad, P14FramesOfAnyAffineQuad) {
   Random random(14);
   int mirrored = 0;
@@ -67,7 +70,8 @@ TEST(Quad, P11RoundTrip) {
   Random random(11);
   for (const double distance : {0.0, 1e2, 1e4}) {
     for (int i = 0; i < 20'000; ++i) {
-      const Quad q = lone_quad(quad("q", random_placement(random, random_direction(random) * distance, true), 0));
+      const Quad q =
+          lone_quad(quad("q", random_placement(random, random_direction(random) * distance, true), 0));
       const V2d uv(uniform(random), uniform(random));
       const V3d p = q.point(uv), d = random_direction(random);
       if (std::abs(d.dot(q.frame.n)) < 0.05) continue;
@@ -121,8 +125,8 @@ TEST(Quad, P10DegenerateQuadsAreRefused) {
   EXPECT_TRUE(refused({1, 0, 0}, {0, 0, 0}, 10));
   EXPECT_TRUE(refused({0, 0, 0}, {0, 0, 0}, 0));
   EXPECT_TRUE(refused({1, 0, 0}, {0, 1, 0}, 10, 0));
-  EXPECT_FALSE(refused({1e-6, 0, 0}, {0, 1e-6, 0}, 1));     // area 4e-12
-  EXPECT_TRUE(refused({1e-6, 0, 0}, {0, 0.9e-7, 0}, 1));    // 0.36e-12
+  EXPECT_FALSE(refused({1e-6, 0, 0}, {0, 1e-6, 0}, 1));   // area 4e-12
+  EXPECT_TRUE(refused({1e-6, 0, 0}, {0, 0.9e-7, 0}, 1));  // 0.36e-12
   EXPECT_TRUE(refused({std::nan(""), 0, 0}, {0, 1, 0}, 1));
   EXPECT_TRUE(refused({INFINITY, 0, 0}, {0, 1, 0}, 1));
   EXPECT_TRUE(refused({1e200, 0, 0}, {0, 1e200, 0}, 1));
@@ -131,16 +135,19 @@ TEST(Quad, P10DegenerateQuadsAreRefused) {
   EXPECT_FALSE(make_quad(offset, V3d(0), 1));
   offset = quad("q", placed({1, 0, 0}, {0, 1, 0}, {0, 0, std::nan("")}, V3d(0)), 0);
   EXPECT_FALSE(make_quad(offset, V3d(0), 1));
-  EXPECT_TRUE(make_quad(quad("q", placed({1, 0, 0}, {0, 1, 0}, V3d(0), V3d(0)), 0), V3d(0), 1));  // flattened in Z only: still a square
+  // flattened in Z only: still a square
+  EXPECT_TRUE(make_quad(quad("q", placed({1, 0, 0}, {0, 1, 0}, V3d(0), V3d(0)), 0), V3d(0), 1));
 }
 
-// P5: rays at the edge that two quads share, coplanar or meeting at an angle, turned and far away: one of them is met, always.
+// P5: rays at the edge that two quads share, coplanar or meeting at an angle, turned and far away: one of
+// them is met, always.
 TEST(Quad, P5SharedEdges) {
   Random random(5);
   int edge_rays = 0, both = 0;
   for (int i = 0; i < 300; ++i) {
     const V3d place = random_direction(random) * (i % 3 == 0 ? 1e4 : 5.0);
-    const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
+    const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(),
+              y = z.cross(x);
     // The neighbour lies beyond the edge u = 1, in its own orientation: u and v run any way.
     const M44d a = placed(x, y, z, place);
     const int turn = i % 4;
@@ -182,15 +189,22 @@ TEST(Quad, PlaneGroups) {
   const auto lifted = [&](double by, const V3d& place = V3d(0)) { return at(place + V3d(0, 0, by * delta)); };
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", lifted(0), 1)}, delta), 1);
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", lifted(0.3), 1)}, delta), 1);
-  EXPECT_EQ(groups_of({quad("a", lifted(-0.3), 0), quad("b", lifted(0), 1), quad("c", lifted(0.3), 2)}, delta), 1);
+  EXPECT_EQ(
+      groups_of({quad("a", lifted(-0.3), 0), quad("b", lifted(0), 1), quad("c", lifted(0.3), 2)}, delta), 1);
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", lifted(0.6), 1)}, delta), 2);
-  EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", lifted(0, {50, -30, 0}), 1)}, delta), 1);  // far apart in one plane
-  // Arrows opposite: floated apart by 2 delta they are two planes; with their own planes 2 delta apart they are one.
-  const M44d down = placed({1, 0, 0}, {0, 1, 0}, {0, 0, -1}, V3d(0)), down_up = placed({1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 2 * delta});
+  // far apart in one plane
+  EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", lifted(0, {50, -30, 0}), 1)}, delta), 1);
+  // Arrows opposite: floated apart by 2 delta they are two planes; with their own planes 2 delta apart they
+  // are one.
+  const M44d down = placed({1, 0, 0}, {0, 1, 0}, {0, 0, -1}, V3d(0)),
+             down_up = placed({1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 2 * delta});
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", down, 1)}, delta), 2);
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", down_up, 1)}, delta), 1);
   // Tilted so that it leaves the other's slab; an offset takes a quad out of its plane.
-  EXPECT_EQ(groups_of({quad("a", lifted(0), 0), quad("b", placed({1, 0, 1e-3}, {0, 1, 0}, {-1e-3, 0, 1}, V3d(0)), 1)}, delta), 2);
+  EXPECT_EQ(groups_of({quad("a", lifted(0), 0),
+                       quad("b", placed({1, 0, 1e-3}, {0, 1, 0}, {-1e-3, 0, 1}, V3d(0)), 1)},
+                      delta),
+            2);
   QuadDescription offset = quad("b", lifted(0), 1);
   offset.offset = delta;
   EXPECT_EQ(groups_of({quad("a", lifted(0), 0), offset}, delta), 2);
@@ -200,25 +214,31 @@ TEST(Quad, OnePlaneOneT) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
     const double delta = 1e-4;
-    const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(), y = z.cross(x);
+    const V3d x = random_direction(random), z = x.cross(random_direction(random)).normalized(),
+              y = z.cross(x);
     std::vector<QuadDescription> descriptions;
     for (int k = 0; k < 5; ++k) {
       const double phi = uniform(random, 0, 6.28);
       const V3d tx = x * std::cos(phi) + y * std::sin(phi);
-      descriptions.push_back(quad("q", placed(tx, z.cross(tx), z, x * uniform(random, -1, 1) + z * (delta * uniform(random, -0.2, 0.2))), 10 - k));
+      descriptions.push_back(quad(
+          "q",
+          placed(tx, z.cross(tx), z, x * uniform(random, -1, 1) + z * (delta * uniform(random, -0.2, 0.2))),
+          10 - k));
     }
     std::vector<Quad> quads;
     ASSERT_EQ(groups_of(descriptions, delta, &quads), 1);
     // The plane is that of the lowest order, the last one here; nobody moved by more than delta.
-    EXPECT_NEAR(quads[4].plane_offset, quads[4].frame.n.dot(V3d(descriptions[4].matrix[3][0], descriptions[4].matrix[3][1], descriptions[4].matrix[3][2])) + delta, 1e-13);
+    EXPECT_NEAR(quads[4].plane_offset,
+                quads[4].frame.n.dot(V3d(descriptions[4].matrix[3][0], descriptions[4].matrix[3][1],
+                                         descriptions[4].matrix[3][2])) +
+                    delta,
+                1e-13);
     for (int k = 0; k < 200; ++k) {
       const V3d o = random_direction(random) * 5.0, d = (x * uniform(random, -0.3, 0.3) - o).normalized();
       double t = 0;
       for (const Quad& q : quads)
         if (const auto hit = intersect(q, o, d)) {
-          if (t != 0) {
-            EXPECT_EQ(hit->t, t);
-          }
+          if (t != 0) { EXPECT_EQ(hit->t, t); }
           t = hit->t;
           EXPECT_NEAR((q.point(hit->uv) - (o + d * t)).length(), 0, 1e-12);
         }
@@ -226,20 +246,32 @@ TEST(Quad, OnePlaneOneT) {
   }
 }
 
-// Spheres (alone up to 32 quads) and boxes are of floats: rays at the corners, edges and middles of quads, from near, from far and along
-// their boxes' sides, find whatever each quad finds alone, however small or far away the quads are and however long the way to them.
+// Spheres (alone up to 32 quads) and boxes are of floats: rays at the corners, edges and middles of quads,
+// from near, from far and along their boxes' sides, find whatever each quad finds alone, however small or far
+// away the quads are and however long the way to them.
 TEST(QuadSet, SpheresAndBoxesLoseNothing) {
   Random random(9);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   int found = 0;
-  for (const auto& [size, place, count] : {std::tuple{1.0, 0.0, 3}, {1.0, 1e5, 20}, {1e-6, 0.0, 60}, {1e-6, 1.0, 20}, {1e-6, 1e5, 60}, {1.0, 0.0, 60},
-                                           {1.0, 1.0, 300}, {1.0, 1e5, 300}, {1e4, 0.0, 20}, {1e4, 1.0, 60}, {1e4, 1e5, 300}}) {
+  for (const auto& [size, place, count] : {std::tuple{1.0, 0.0, 3},
+                                           {1.0, 1e5, 20},
+                                           {1e-6, 0.0, 60},
+                                           {1e-6, 1.0, 20},
+                                           {1e-6, 1e5, 60},
+                                           {1.0, 0.0, 60},
+                                           {1.0, 1.0, 300},
+                                           {1.0, 1e5, 300},
+                                           {1e4, 0.0, 20},
+                                           {1e4, 1.0, 60},
+                                           {1e4, 1e5, 300}}) {
     const V3d middle = random_direction(random) * (place * size);
     std::vector<Quad> quads;
     for (int i = 0; i < count; ++i) {
       const bool is_flat = i % 3 == 0;  // along the axes: boxes without thickness
       const double half = size * std::pow(10, uniform(random, -4, 0));
-      const M44d turn = is_flat ? placed({1, 0, 0}, {0, i % 2 ? 1.0 : 0.0, i % 2 ? 0.0 : 1.0}, {0, i % 2 ? 0.0 : -1.0, i % 2 ? 1.0 : 0.0}, V3d(0)) : random_placement(random, V3d(0));
+      const M44d turn = is_flat ? placed({1, 0, 0}, {0, i % 2 ? 1.0 : 0.0, i % 2 ? 0.0 : 1.0},
+                                         {0, i % 2 ? 0.0 : -1.0, i % 2 ? 1.0 : 0.0}, V3d(0))
+                                : random_placement(random, V3d(0));
       M44d m = turn;
       for (int axis = 0; axis < 3; ++axis) m[3][axis] = middle[axis] + size * uniform(random, -1, 1);
       quads.push_back(*make_quad(quad("q", m, i, half), V3d(0), 0));
@@ -258,7 +290,8 @@ TEST(QuadSet, SpheresAndBoxesLoseNothing) {
       V3d d = to_double(to_float(random_direction(random)));
       if (k % 5 == 0) d[k / 5 % 3] = 0;
       if (k % 50 == 0) d = k % 100 ? V3d(1, 0, 0) : V3d(0, 0, -1);
-      d *= uniform(random, 1 - 3e-6, 1 + 3e-6) / d.length();  // as long as many mirrors leave a direction in floats
+      // as long as many mirrors leave a direction in floats
+      d *= uniform(random, 1 - 3e-6, 1 + 3e-6) / d.length();
       const double way = (k % 2 ? far : size) * uniform(random, 0, 1);
       const V3d o = p - d * way;
       const double t_min = k % 7 == 0 ? -infinity : 0, t_max = k % 4 == 0 ? way : infinity;
@@ -274,14 +307,17 @@ TEST(QuadSet, SpheresAndBoxesLoseNothing) {
   EXPECT_GT(found, 100'000);
 }
 
-// Ways from round a place to one point: the quads in the cone answer for all. Also where all quads lie close together, far from the ways' ends.
+// Ways from round a place to one point: the quads in the cone answer for all. Also where all quads lie close
+// together, far from the ways' ends.
 TEST(QuadSet, ConesLoseNothing) {
   Random random(10);
   int found = 0, spared = 0;
   for (const auto& [count, size] : {std::pair{2, 1.0}, {20, 1.0}, {300, 1.0}, {300, 0.01}}) {
     std::vector<Quad> quads;
     for (int i = 0; i < count; ++i)
-      quads.push_back(*make_quad(quad("q", random_placement(random, random_direction(random) * size), i, size * std::pow(10, uniform(random, -3, -1))), V3d(0), 0));
+      quads.push_back(*make_quad(quad("q", random_placement(random, random_direction(random) * size), i,
+                                      size * std::pow(10, uniform(random, -3, -1))),
+                                 V3d(0), 0));
     std::vector<Quad*> list;
     for (Quad& q : quads) list.push_back(&q);
     place_quads(list, 0x1p-22, 4);
@@ -289,14 +325,16 @@ TEST(QuadSet, ConesLoseNothing) {
     for (int i = 0; i < count; ++i) set.add(quads[static_cast<std::size_t>(i)], {i, QuadId::entry});
     set.build();
     for (int k = 0; k < 20'000; ++k) {
-      const V3d end = 2.0 * random_direction(random), way = size * random_direction(random) - end, from = end + way * uniform(random, 1, 2);
+      const V3d end = 2.0 * random_direction(random), way = size * random_direction(random) - end,
+                from = end + way * uniform(random, 1, 2);
       const double radius = way.length() * std::pow(10, uniform(random, -3, 0.3));
       const Segment axis{from, (end - from).normalized(), 0, (end - from).length()};
       std::vector<std::uint32_t> in_cone;
       ASSERT_TRUE(set.in_cone(axis, radius, {}, quads.size(), in_cone));
       spared += count - static_cast<int>(in_cone.size());
       for (int side = 0; side < 8; ++side) {
-        const V3d other = from + random_direction(random) * (radius * (side % 2 ? 1 : uniform(random, 0, 1))), to = end - other;
+        const V3d other = from + random_direction(random) * (radius * (side % 2 ? 1 : uniform(random, 0, 1))),
+                  to = end - other;
         const Segment segment{other, to.normalized(), 0, to.length()};
         const bool is_met = set.any(segment);
         found += is_met;

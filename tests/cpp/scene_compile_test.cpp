@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bad descriptions: what is refused, what is left out and said, and that nothing crashes (numerics R5, R6, R7).
+// Bad descriptions: what is refused, what is left out and said, and that nothing crashes (numerics R5, R6,
+// R7).
 #ifdef __SSE__
 #include <xmmintrin.h>
 #endif
@@ -21,7 +22,9 @@ SceneDescription simple() {
 }
 
 bool mentions(const Warnings& warnings, const std::string& item, const std::string& text) {
-  return std::any_of(warnings.begin(), warnings.end(), [&](const Warning& w) { return w.item == item && w.message.find(text) != std::string::npos; });
+  return std::any_of(warnings.begin(), warnings.end(), [&](const Warning& w) {
+    return w.item == item && w.message.find(text) != std::string::npos;
+  });
 }
 
 void expect_refused(const SceneDescription& description, const std::string& item) {
@@ -54,7 +57,8 @@ TEST(SceneCompile, RefusesArraysThatDoNotFit) {
   expect_refused(broken([](auto& d) { d.meshes[0].normals.resize(5); }), "grid");
   expect_refused(broken([](auto& d) { d.meshes[0].material_slots.resize(9); }), "grid");
   expect_refused(broken([](auto& d) { d.meshes[0].uv_maps.push_back({"UV", std::vector<V2f>(8)}); }), "grid");
-  expect_refused(broken([](auto& d) { d.meshes[0].colors.push_back({"Col", std::vector<Color>(1)}); }), "grid");
+  expect_refused(broken([](auto& d) { d.meshes[0].colors.push_back({"Col", std::vector<Color>(1)}); }),
+                 "grid");
   expect_refused(broken([](auto& d) { d.instances[0].mesh = 1; }), "Floor");
   expect_refused(broken([](auto& d) { d.instances[0].mesh = -2; }), "Floor");
   expect_refused(broken([](auto& d) { d.instances[0].materials = {0, 7}; }), "Floor");
@@ -108,9 +112,7 @@ TEST(SceneCompile, LeavesOutSingularInstancesByName) {  // R6
     const Ray ray{V3d(random.real(-1, 1), random.real(-1, 1), 1), random.direction()};
     const auto a = scene->intersect(ray), b = reference->intersect(ray);
     ASSERT_EQ(a.has_value(), b.has_value());
-    if (a) {
-      EXPECT_EQ(a->t, b->t);
-    }
+    if (a) { EXPECT_EQ(a->t, b->t); }
   }
 }
 
@@ -138,7 +140,7 @@ TEST(SceneCompile, HugeAndTinyScenes) {  // R3
 
 #ifdef __SSE__
 TEST(SceneCompile, LeavesTheFloatingPointModeAlone) {  // R12
-  const unsigned before = _mm_getcsr() & ~0x3fu;  // without the sticky flags
+  const unsigned before = _mm_getcsr() & ~0x3fu;       // without the sticky flags
   const auto scene = compiled(simple());
   (void)scene->intersect({V3d(0, 0, 1), V3f(0, 0, -1)});
   EXPECT_EQ(_mm_getcsr() & ~0x3fu, before);
@@ -199,7 +201,8 @@ TEST(SceneCompile, GarbageMeshes) {  // R7
       return static_cast<float>(random.real(-1, 1));
     };
     for (int i = 0; i < 30; ++i) mesh.positions.emplace_back(number(), number(), number());
-    for (int i = 0; i < 60; ++i) mesh.triangles.push_back({random.bits() % 30, random.bits() % 30, random.bits() % 30});
+    for (int i = 0; i < 60; ++i)
+      mesh.triangles.push_back({random.bits() % 30, random.bits() % 30, random.bits() % 30});
     for (int i = 0; i < 180; ++i) mesh.normals.emplace_back(number(), number(), number());
     place(description, add(description, mesh), scaling(V3d(random.real(0.1, 2))));
     Warnings warnings;
@@ -212,7 +215,8 @@ TEST(SceneCompile, GarbageMeshes) {  // R7
       if (!hit) continue;
       ++hits;
       scene->surface_point(*hit, -d, false, point);
-      ASSERT_TRUE(is_finite(hit->position) && std::isfinite(hit->t) && is_finite(hit->ng) && is_finite(point.ns));
+      ASSERT_TRUE(is_finite(hit->position) && std::isfinite(hit->t) && is_finite(hit->ng) &&
+                  is_finite(point.ns));
       ASSERT_NEAR(hit->ng.length(), 1, 1e-4);
       ASSERT_NEAR(point.ns.length(), 1, 1e-4);
       ASSERT_GE(point.ng.dot(point.wo), 0);
@@ -242,11 +246,10 @@ TEST(SceneCompile, EntitiesBearTheirNames) {
   const auto scene = compiled(description);
   std::vector<std::vector<std::string>> names;
   for (const Entity& entity : scene->entities()) names.push_back(entity.names);
-  EXPECT_EQ(names, (std::vector<std::vector<std::string>>{{"Floor"}, {"Leaf"}, {"Leaf", "Tree"}, {"Lamp"}, {"Sky"}}));
+  EXPECT_EQ(names, (std::vector<std::vector<std::string>>{
+                       {"Floor"}, {"Leaf"}, {"Leaf", "Tree"}, {"Lamp"}, {"Sky"}}));
   ASSERT_EQ(scene->lights().size(), 5u);
-  for (std::uint32_t i = 1; i <= 3; ++i) {
-    EXPECT_EQ(scene->light_entity(scene->mesh_light(i)), 1);
-  }
+  for (std::uint32_t i = 1; i <= 3; ++i) { EXPECT_EQ(scene->light_entity(scene->mesh_light(i)), 1); }
   EXPECT_EQ(scene->mesh_light(0), -1);
   EXPECT_EQ(scene->light_entity(scene->world_light()), 4);
   const auto hit = scene->intersect({V3d(-3.1, 0.2, 1), V3f(0, 0, -1)});
@@ -254,7 +257,8 @@ TEST(SceneCompile, EntitiesBearTheirNames) {
   EXPECT_EQ(scene->entity(*hit), 2);
 }
 
-// Edits that are off, and ordinary quads, must not move the origin: that would change bits of an image they do not touch.
+// Edits that are off, and ordinary quads, must not move the origin: that would change bits of an image they
+// do not touch.
 TEST(SceneCompile, OriginIsMovedOnlyWhereNeeded) {
   SceneDescription description = simple();
   EditDescription edit;

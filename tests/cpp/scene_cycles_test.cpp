@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lamps against Cycles. The numbers are irradiances (W/m²) that Cycles 3.4.1 gave on the plane z = 0: pi times the radiance of a white
-// diffuse plane, no bounces, box filter, 1024 samples, 32 x 32 pixels over [-2, 2]², an orthographic camera looking down. Lamps: 10 W
-// at (0.3, 0.2, 1), rotation (0.4, 0.2, 0); suns 3 W/m², rotation (0.5, 0.2, 0); a 0.5 m square of strength 5; a world of 0.5 x 2.
+// Lamps against Cycles. The numbers are irradiances (W/m²) that Cycles 3.4.1 gave on the plane z = 0: pi
+// times the radiance of a white diffuse plane, no bounces, box filter, 1024 samples, 32 x 32 pixels over [-2,
+// 2]², an orthographic camera looking down. Lamps: 10 W at (0.3, 0.2, 1), rotation (0.4, 0.2, 0); suns 3
+// W/m², rotation (0.5, 0.2, 0); a 0.5 m square of strength 5; a world of 0.5 x 2.
 #include "scene_fixtures.h"
 
 namespace sluice::test {
@@ -30,22 +31,28 @@ LightDescription area(AreaShape shape, float spread) {
   return light;
 }
 
-void compare(const std::string& name, const SceneDescription& description, const Irradiances& cycles, double tolerance) {
+void compare(const std::string& name, const SceneDescription& description, const Irradiances& cycles,
+             double tolerance) {
   const auto scene = compiled(description);
   const double brightest = *std::max_element(cycles.begin(), cycles.end());
   Random random(1);
   for (std::size_t i = 0; i < cycles.size(); ++i) {
     Mean mean;
     for (int k = 0; k < 100000; ++k) {  // over the pixel, as Cycles' box filter
-      const V3d from = V3d(-2 + 4 * (pixels[i][0] + random.real()) / 32, -2 + 4 * (pixels[i][1] + random.real()) / 32, 0) - scene->centre();
+      const V3d from =
+          V3d(-2 + 4 * (pixels[i][0] + random.real()) / 32, -2 + 4 * (pixels[i][1] + random.real()) / 32, 0) -
+          scene->centre();
       const auto sample = sample_direct(*scene, 0, from, random.unit(), random.pair());
-      mean.add(sample ? static_cast<double>(sample->radiance.x) * std::max(0.0f, sample->wi.z) / sample->pdf : 0);
+      mean.add(sample ? static_cast<double>(sample->radiance.x) * std::max(0.0f, sample->wi.z) / sample->pdf
+                      : 0);
     }
-    EXPECT_NEAR(mean.value(), cycles[i], 4 * mean.error() + tolerance * cycles[i] + 5e-4 * brightest) << name << " " << i;
+    EXPECT_NEAR(mean.value(), cycles[i], 4 * mean.error() + tolerance * cycles[i] + 5e-4 * brightest)
+        << name << " " << i;
   }
 }
 
-void compare(const std::string& name, const LightDescription& light, const Irradiances& cycles, double tolerance = 0.003) {
+void compare(const std::string& name, const LightDescription& light, const Irradiances& cycles,
+             double tolerance = 0.003) {
   SceneDescription description;
   description.lights.push_back(light);
   compare(name, description, cycles, tolerance);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lights: closed forms of irradiance, densities that integrate to 1, light that leaves = light that arrives, total flux in watts.
+// Lights: closed forms of irradiance, densities that integrate to 1, light that leaves = light that arrives,
+// total flux in watts.
 #include "scene_fixtures.h"
 
 namespace sluice::test {
@@ -45,10 +46,13 @@ std::vector<Case> finite_lights() {
     add_light("spot without cosine " + std::to_string(radius), light);
   }
   for (const AreaShape shape : {AreaShape::Square, AreaShape::Rectangle, AreaShape::Disk, AreaShape::Ellipse})
-    for (const float spread : {pi, 1.2f, 0.2f}) add_light("area " + std::to_string(static_cast<int>(shape)) + " spread " + std::to_string(spread), area(shape, spread));
+    for (const float spread : {pi, 1.2f, 0.2f})
+      add_light("area " + std::to_string(static_cast<int>(shape)) + " spread " + std::to_string(spread),
+                area(shape, spread));
   const auto add_mesh = [&](const std::string& name, const MeshDescription& mesh, const V3d& scale) {
     Case one{name, {}};
-    place(one.description, add(one.description, mesh), scaling(scale) * above, add(one.description, glowing({1, 0.5f, 0.25f}, 5)));
+    place(one.description, add(one.description, mesh), scaling(scale) * above,
+          add(one.description, glowing({1, 0.5f, 0.25f}, 5)));
     cases.push_back(std::move(one));
   };
   MeshDescription bowl = sphere(10);
@@ -68,7 +72,8 @@ struct Seen {
 Seen look(const Scene& scene, const V3d& from, const V3f& wi) {
   Seen seen;
   LampHit found[4];
-  for (int i = 0; i < intersect_lamps(scene, {from, wi}, found); ++i) seen.radiance += found[i].radiance, seen.pdf += pdf_direct(scene, found[i].light, from, wi, nullptr);
+  for (int i = 0; i < intersect_lamps(scene, {from, wi}, found); ++i)
+    seen.radiance += found[i].radiance, seen.pdf += pdf_direct(scene, found[i].light, from, wi, nullptr);
   if (const auto hit = scene.intersect({from, wi}); hit && scene.material(*hit).emits()) {
     seen.radiance += scene.material(*hit).average_emission();
     seen.pdf += pdf_direct(scene, scene.mesh_light(hit->instance), from, wi, &*hit);
@@ -76,7 +81,9 @@ Seen look(const Scene& scene, const V3d& from, const V3f& wi) {
   return seen;
 }
 
-double shadow(const Scene& scene, const V3d& from, const DirectSample& sample) { return scene.transmittance({from, sample.wi, sample.distance})->x; }
+double shadow(const Scene& scene, const V3d& from, const DirectSample& sample) {
+  return scene.transmittance({from, sample.wi, sample.distance})->x;
+}
 
 double irradiance(const DirectSample& sample, const V3f& normal) {
   const float cosine = sample.wi.dot(normal);
@@ -106,13 +113,17 @@ TEST(SceneLight, DirectSamplesAgreeWithWhatRaysSee) {
         by_rays.add(weight(wi) * seen.radiance.x / cone_pdf(cone));
         total_pdf.add(seen.pdf / cone_pdf(cone));
         const auto sample = sample_direct(*scene, 0, from, random.unit(), random.pair());
-        by_samples.add(sample ? weight(sample->wi) * sample->radiance.x / sample->pdf * shadow(*scene, from, *sample) : 0);
+        by_samples.add(sample ? weight(sample->wi) * sample->radiance.x / sample->pdf *
+                                    shadow(*scene, from, *sample)
+                              : 0);
         if (!sample || shadow(*scene, from, *sample) == 0) continue;
         const Seen there = look(*scene, from, sample->wi);
         other_pdf += there.pdf > 0 && std::abs(there.pdf / sample->pdf - 1) > 2e-3;
       }
       EXPECT_LE(other_pdf, 60) << test.name;  // along a silhouette the ray meets the triangle next door
-      EXPECT_NEAR(by_rays.value(), by_samples.value(), 4 * std::hypot(by_rays.error(), by_samples.error()) + 1e-6 * by_rays.value()) << test.name << from;
+      EXPECT_NEAR(by_rays.value(), by_samples.value(),
+                  4 * std::hypot(by_rays.error(), by_samples.error()) + 1e-6 * by_rays.value())
+          << test.name << from;
       EXPECT_LE(total_pdf.value(), 1 + 4 * total_pdf.error() + 2e-3) << test.name;
     }
   }
@@ -120,7 +131,8 @@ TEST(SceneLight, DirectSamplesAgreeWithWhatRaysSee) {
 
 TEST(SceneLight, DensityOfDirectionsIsOne) {
   // seen whole and lit in every direction: no sample is lost
-  for (const AreaShape shape : {AreaShape::Square, AreaShape::Rectangle, AreaShape::Disk, AreaShape::Ellipse}) {
+  for (const AreaShape shape :
+       {AreaShape::Square, AreaShape::Rectangle, AreaShape::Disk, AreaShape::Ellipse}) {
     SceneDescription description;
     description.lights.push_back(area(shape, pi));
     const auto scene = compiled(description);
@@ -155,8 +167,10 @@ TEST(SceneLight, PointOnPlane) {
 
 TEST(SceneLight, RectangleOnPlane) {
   SceneDescription description;
-  description.lights.push_back(lamp(LightKind::Area, translation({0.5, 0.25, 1})));  // looks down; a corner above the origin
-  description.lights[0].shape = AreaShape::Rectangle, description.lights[0].size_x = 1, description.lights[0].size_y = 0.5f;
+  // looks down; a corner above the origin
+  description.lights.push_back(lamp(LightKind::Area, translation({0.5, 0.25, 1})));
+  description.lights[0].shape = AreaShape::Rectangle, description.lights[0].size_x = 1;
+  description.lights[0].size_y = 0.5f;
   const auto scene = compiled(description);
   Random random(4);
   Mean mean;
@@ -232,8 +246,10 @@ TEST(SceneLight, EmissionAgreesWithDirectLight) {
       const auto towards = sample_direction(*scene, 0, *point, random.unit(), random.pair());
       double arrived = 0, emitted = 0;
       if (towards) {
-        EXPECT_NEAR(pdf_direction(*scene, 0, *point, towards->direction) / towards->pdf, 1, 1e-4) << test.name;
-        const Color flux = eval_emission(*scene, 0, *point, towards->direction) / (point->pdf_area * towards->pdf);
+        EXPECT_NEAR(pdf_direction(*scene, 0, *point, towards->direction) / towards->pdf, 1, 1e-4)
+            << test.name;
+        const Color flux =
+            eval_emission(*scene, 0, *point, towards->direction) / (point->pdf_area * towards->pdf);
         emitted = (static_cast<double>(flux.x) + flux.y + flux.z) / 3;
         const double t = (centre.z - point->position.z) / static_cast<double>(towards->direction.z);
         const V3d at = point->position + V3d(towards->direction) * t;
@@ -246,9 +262,12 @@ TEST(SceneLight, EmissionAgreesWithDirectLight) {
       const V2f disk = sample_disk(random.pair()) * radius;
       const V3d from = centre + V3d(static_cast<double>(disk.x), static_cast<double>(disk.y), 0);
       const auto sample = sample_direct(*scene, 0, from, random.unit(), random.pair());
-      flux_by_direct.add(sample ? irradiance(*sample, {0, 0, 1}) * pi * radius * radius * shadow(*scene, from, *sample) : 0);
+      flux_by_direct.add(
+          sample ? irradiance(*sample, {0, 0, 1}) * pi * radius * radius * shadow(*scene, from, *sample) : 0);
     }
-    EXPECT_NEAR(flux_by_photons.value(), flux_by_direct.value(), 4 * std::hypot(flux_by_photons.error(), flux_by_direct.error()) + 1e-4 * flux_by_direct.value())
+    EXPECT_NEAR(
+        flux_by_photons.value(), flux_by_direct.value(),
+        4 * std::hypot(flux_by_photons.error(), flux_by_direct.error()) + 1e-4 * flux_by_direct.value())
         << test.name;
     if (test.name == "emissive bowl") continue;  // it catches some of its light
     // a closed mesh sends half of its light inwards
@@ -280,13 +299,19 @@ TEST(SceneLight, WorldImage) {
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 64; ++x) {
       const bool spot = y == 24 && x == 20;
-      for (const float c : {spot ? 500.0f : y > 16 ? 0.4f : 0.0f, 0.3f, 0.2f + 0.01f * static_cast<float>(x), 1.0f}) image.rgba.push_back(c);
+      for (const float c : {spot     ? 500.0f
+                            : y > 16 ? 0.4f
+                                     : 0.0f,
+                            0.3f, 0.2f + 0.01f * static_cast<float>(x), 1.0f})
+        image.rgba.push_back(c);
     }
   description.images.push_back(image);
   MaterialDescription sky;
   sky.name = "sky";
-  sky.nodes.push_back({"Background", "Background", {{"Color", {}, 1, "Color"}, input("Strength", 2)}, {}, {}, -1});
-  sky.nodes.push_back({"TexEnvironment", "Sky", {}, {{"interpolation", "Linear"}, {"projection", "EQUIRECTANGULAR"}}, {}, 0});
+  sky.nodes.push_back(
+      {"Background", "Background", {{"Color", {}, 1, "Color"}, input("Strength", 2)}, {}, {}, -1});
+  sky.nodes.push_back(
+      {"TexEnvironment", "Sky", {}, {{"interpolation", "Linear"}, {"projection", "EQUIRECTANGULAR"}}, {}, 0});
   sky.surface = 0;
   description.world.material = add(description, sky);
   description.world.resolution = 128;
@@ -303,7 +328,8 @@ TEST(SceneLight, WorldImage) {
     by_table.add(irradiance(*sample, normal));
     other_pdf += std::abs(pdf_direct(*scene, world, V3d(0), sample->wi, nullptr) / sample->pdf - 1) > 1e-3f;
     const auto out = sample_infinite(*scene, world, random.pair());
-    leaving.add(std::max(0.0f, -out->direction.dot(normal)) * eval_infinite_emission(*scene, world, out->direction).x / out->pdf);
+    leaving.add(std::max(0.0f, -out->direction.dot(normal)) *
+                eval_infinite_emission(*scene, world, out->direction).x / out->pdf);
     for (int k = 0; k < 4; ++k) {
       const V3f d = random.direction();
       by_sphere.add(4 * pi * std::max(0.0f, d.dot(normal)) * eval_infinite(*scene, world, d, false).x);
@@ -327,7 +353,8 @@ TEST(SceneLight, ChoiceIsADistributionAndMissesNobody) {
         for (const LightDescription& light : test.description.lights) {
           description.lights.push_back(light);
           description.lights.back().matrix *= translation({2.0 * k, -1.0 * k, 0});
-          description.lights.back().power = 10.0f * std::pow(10.0f, static_cast<float>(description.lights.size() % 5) - 2.0f);
+          description.lights.back().power =
+              10.0f * std::pow(10.0f, static_cast<float>(description.lights.size() % 5) - 2.0f);
         }
         if (description.lights.size() > 12 && copies == 1) break;
       }
@@ -355,7 +382,8 @@ TEST(SceneLight, ChoiceIsADistributionAndMissesNobody) {
         }
         const int light = static_cast<int>(random.bits() % static_cast<unsigned>(count));
         const auto sample = sample_direct(*scene, light, from, random.unit(), random.pair());
-        const bool lit = sample && !is_black(sample->radiance) && (normal == V3f(0) || sample->wi.dot(normal) > 0);
+        const bool lit =
+            sample && !is_black(sample->radiance) && (normal == V3f(0) || sample->wi.dot(normal) > 0);
         const bool trusted = trust.empty() || trust[static_cast<std::size_t>(light)] > 0;
         ASSERT_TRUE(!lit || !trusted || choice_pmf(*scene, from, normal, light, trust) > 0) << light;
       }

@@ -10,7 +10,8 @@ namespace {
 MeshDescription with_polygons(MeshDescription mesh, bool smooth = true) {
   PolygonDescription& polygons = mesh.polygons;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    polygons.starts.push_back(3 * i), polygons.sizes.push_back(3), polygons.smooth.push_back(smooth), polygons.of_triangles.push_back(i);
+    polygons.starts.push_back(3 * i), polygons.sizes.push_back(3), polygons.smooth.push_back(smooth),
+        polygons.of_triangles.push_back(i);
     polygons.corners.insert(polygons.corners.end(), mesh.triangles[i].begin(), mesh.triangles[i].end());
   }
   return mesh;
@@ -19,11 +20,14 @@ MeshDescription with_polygons(MeshDescription mesh, bool smooth = true) {
 // A cube of side 2, six quads.
 MeshDescription cube() {
   MeshDescription mesh;
-  for (int i = 0; i < 8; ++i) mesh.positions.emplace_back(i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f);
-  const std::uint32_t sides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.emplace_back(i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f);
+  const std::uint32_t sides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (std::uint32_t side = 0; side < 6; ++side) {
     const auto& [a, b, c, d] = sides[side];
-    mesh.polygons.starts.push_back(4 * side), mesh.polygons.sizes.push_back(4), mesh.polygons.smooth.push_back(1);
+    mesh.polygons.starts.push_back(4 * side), mesh.polygons.sizes.push_back(4),
+        mesh.polygons.smooth.push_back(1);
     mesh.polygons.corners.insert(mesh.polygons.corners.end(), {a, b, c, d});
     mesh.triangles.push_back({a, b, c}), mesh.triangles.push_back({a, c, d});
     mesh.polygons.of_triangles.insert(mesh.polygons.of_triangles.end(), {side, side});
@@ -80,10 +84,12 @@ TEST(SceneNormals, AreWeighedByTheAngleAtTheVertex) {
   EXPECT_EQ(mesh.normals[0], mesh.normals[3]);
 }
 
-// Far from its mesh's origin a face of a centimetre is still known: Blender's own floats are off by a percent there.
+// Far from its mesh's origin a face of a centimetre is still known: Blender's own floats are off by a percent
+// there.
 TEST(SceneNormals, DoNotSufferFromDistance) {
   MeshDescription mesh = with_polygons(grid(8));
-  for (V3f& p : mesh.positions) p = V3f(4096, 8192, 2048) + p / 64 + V3f(0, 0, p.x / 64);  // exact in float; slope 1 in x
+  // exact in float; slope 1 in x
+  for (V3f& p : mesh.positions) p = V3f(4096, 8192, 2048) + p / 64 + V3f(0, 0, p.x / 64);
   make_normals(mesh);
   const V3f want = V3f(-1, 0, 1).normalized();
   for (const V3f& n : mesh.normals) EXPECT_NEAR((n - want).length(), 0, 1e-6);
@@ -102,7 +108,8 @@ TEST(SceneNormals, OddPolygonsHarmNoOthers) {
     for (V3f& p : mesh.positions) p = V3f(p.z, p.x, p.y);  // faces +x
     mesh.positions.emplace_back(0, bad, 0);
     const auto last = static_cast<std::uint32_t>(mesh.positions.size() - 1);
-    add_polygon(mesh, {0, 1, last}), add_polygon(mesh, {2, last, 3, 4}), add_polygon(mesh, {0, 1}), add_polygon(mesh, {}), add_polygon(mesh, {3});
+    add_polygon(mesh, {0, 1, last}), add_polygon(mesh, {2, last, 3, 4}), add_polygon(mesh, {0, 1}),
+        add_polygon(mesh, {}), add_polygon(mesh, {3});
     make_normals(mesh);
     for (const V3f& n : mesh.normals) EXPECT_EQ(n, V3f(1, 0, 0));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rays against surfaces: no self-hits, no leaks, no aborts, exact positions (numerics R1, R2, R4), instances and visibility.
+// Rays against surfaces: no self-hits, no leaks, no aborts, exact positions (numerics R1, R2, R4), instances
+// and visibility.
 #include <bit>
 
 #include "scene_fixtures.h"
@@ -9,7 +10,8 @@ namespace {
 
 M44d random_matrix(Random& random, double size, double reach) {
   const auto factor = [&] { return size * std::exp2(random.real(-2, 2)) * (random.unit() < 0.5f ? -1 : 1); };
-  return scaling({factor(), factor(), factor()}) * rotation(random.real(-3, 3), random.real(-3, 3), random.real(-3, 3)) *
+  return scaling({factor(), factor(), factor()}) *
+         rotation(random.real(-3, 3), random.real(-3, 3), random.real(-3, 3)) *
          translation({random.real(-reach, reach), random.real(-reach, reach), random.real(-reach, reach)});
 }
 
@@ -41,7 +43,8 @@ TEST(SceneRay, ConvexShapesDoNotMeetThemselves) {  // R1
   for (int shape = 0; shape < 1000; ++shape) {
     SceneDescription description;
     const double size = std::pow(10.0, random.real(-3, 3));
-    place(description, add(description, sphere(3 + shape % 12)), random_matrix(random, size, size * random.real(0, 30)));
+    place(description, add(description, sphere(3 + shape % 12)),
+          random_matrix(random, size, size * random.real(0, 30)));
     const auto scene = compiled(description);
     leave_shape(*scene, scene->geometry_bounds(), random, 1000, count);
   }
@@ -57,7 +60,8 @@ TEST(SceneRay, PlacedShapesDoNotMeetThemselves) {
   const int mesh = add(description, sphere(20));
   for (int i = 0; i < 64; ++i) {
     const double size = std::pow(10.0, random.real(-1, 1));
-    place(description, mesh, random_matrix(random, size, 1) * translation({100.0 * (i % 8), 100.0 * (i / 8), 0}));
+    place(description, mesh,
+          random_matrix(random, size, 1) * translation({100.0 * (i % 8), 100.0 * (i / 8), 0}));
   }
   const auto scene = compiled(description);
   SelfHits count;
@@ -68,7 +72,8 @@ TEST(SceneRay, PlacedShapesDoNotMeetThemselves) {
   EXPECT_GT(count.rays, 60000);
   EXPECT_EQ(count.outside, 0);
   EXPECT_EQ(count.own, 0);
-  EXPECT_LE(count.lost, count.rays / 1000);  // a placed mesh far from the origin is known to its matrix' floats only
+  // a placed mesh far from the origin is known to its matrix' floats only
+  EXPECT_LE(count.lost, count.rays / 1000);
 }
 
 TEST(SceneRay, ClosedSphereDoesNotLeakFarFromTheOrigin) {  // R2
@@ -81,7 +86,8 @@ TEST(SceneRay, ClosedSphereDoesNotLeakFarFromTheOrigin) {  // R2
     Random random(3);
     int leaks = 0;
     for (int i = 0; i < 700000; ++i) {
-      const V3d from = V3d(offset, offset, -offset) - scene->centre() + V3d(random.direction()) * random.real(0, 1.5);
+      const V3d from =
+          V3d(offset, offset, -offset) - scene->centre() + V3d(random.direction()) * random.real(0, 1.5);
       leaks += !scene->intersect({from, random.direction()});
     }
     EXPECT_EQ(leaks, 0) << "at " << offset;
@@ -94,10 +100,13 @@ TEST(SceneRay, SurvivesRandomBits) {  // R4
   const auto scene = compiled(description);
   Random random(4);
   const auto any = [&] { return std::bit_cast<float>(random.bits()); };
-  const auto any_double = [&] { return std::bit_cast<double>((std::uint64_t{random.bits()} << 32) | random.bits()); };
+  const auto any_double = [&] {
+    return std::bit_cast<double>((std::uint64_t{random.bits()} << 32) | random.bits());
+  };
   int hits = 0;
   for (int i = 0; i < 2000000; ++i) {
-    Ray ray{V3d(any_double(), any_double(), any_double()), V3f(any(), any(), any()), any_double(), V3f(any(), any(), any()), (i & 1) != 0};
+    Ray ray{V3d(any_double(), any_double(), any_double()), V3f(any(), any(), any()), any_double(),
+            V3f(any(), any(), any()), (i & 1) != 0};
     if (i % 3 == 0) ray = {V3d(any(), any(), any()), random.direction(), any(), V3f(0), false};
     if (const auto hit = scene->intersect(ray)) hits += is_finite(hit->position) && std::isfinite(hit->t);
     const Color left = scene->transmittance(ray).value();
@@ -113,7 +122,8 @@ TEST(SceneRay, DistanceIsDouble) {
   Random random(5);
   for (int i = 0; i < 10000; ++i) {
     const V3d from(random.real(-50, 50), random.real(-50, 50), random.real(1, 700));
-    const V3f d = V3f(static_cast<float>(random.real(-1, 1)), static_cast<float>(random.real(-1, 1)), -0.9f).normalized();
+    const V3f d = V3f(static_cast<float>(random.real(-1, 1)), static_cast<float>(random.real(-1, 1)), -0.9f)
+                      .normalized();
     const auto hit = scene->intersect({from, d});
     ASSERT_TRUE(hit);
     const double t = (0.5 - from.z) / static_cast<double>(d.z);
@@ -144,8 +154,10 @@ TEST(SceneRay, InstancesAreCopies) {
     }
     if (!x) continue;
     ++hits;
-    if (x->instance != y->instance || std::abs(x->t - y->t) > 2e-5) ++differ;
-    else if (x->triangle == y->triangle) differ += x->ng.dot(y->ng) < 0.9999f;
+    if (x->instance != y->instance || std::abs(x->t - y->t) > 2e-5)
+      ++differ;
+    else if (x->triangle == y->triangle)
+      differ += x->ng.dot(y->ng) < 0.9999f;
   }
   EXPECT_GT(hits, 5000);
   EXPECT_LE(differ, hits / 1000);  // silhouettes
@@ -190,7 +202,8 @@ TEST(SceneRay, TransmittanceMultiplies) {
   SceneDescription description;
   const int glass = add(description, see_through({0.5f, 0.25f, 1})), wall = add(description, diffuse(0.5f));
   const int mesh = add(description, grid());
-  for (int i = 0; i < 5; ++i) place(description, mesh, rotation(0.1 * i, 0.2, 0) * translation({0, 0, 0.5 * i}), glass);
+  for (int i = 0; i < 5; ++i)
+    place(description, mesh, rotation(0.1 * i, 0.2, 0) * translation({0, 0, 0.5 * i}), glass);
   place(description, mesh, translation({0, 0, 4}), wall);
   const auto scene = compiled(description);
   for (int n = 0; n <= 5; ++n) {

@@ -19,7 +19,8 @@ TEST(SceneSurface, SmoothNormalsOfASphere) {
   SurfacePoint point;
   for (int i = 0; i < 20000; ++i) {
     const V3f d = random.direction();
-    const V3d from = V3d(1, 2, 3) - scene->centre() - V3d(d) * 5.0 + V3d(random.direction()) * random.real(0, 1.5);
+    const V3d from =
+        V3d(1, 2, 3) - scene->centre() - V3d(d) * 5.0 + V3d(random.direction()) * random.real(0, 1.5);
     const auto hit = scene->intersect({from, d});
     if (!hit) continue;
     ++hits;
@@ -58,13 +59,26 @@ TEST(SceneSurface, FilledAsTheMaterialNeeds) {
     }
   MaterialDescription material;  // an image laid by "Second" with a normal map, tinted by "Paint"
   material.name = "layers";
-  material.nodes.push_back({"BsdfDiffuse", "BSDF", {{"Color", {}, 1, "Color"}, {"Roughness", {}, -1, {}}, {"Normal", {}, 2, "Normal"}}, {}, {}, -1});
-  material.nodes.push_back({"Attribute", "Paint", {}, {{"attribute_name", "Paint"}, {"attribute_type", "GEOMETRY"}}, {}, -1});
-  material.nodes.push_back({"NormalMap", "Normal Map", {{"Strength", {1, 1, 1, 1}, -1, {}}, {"Color", {0.6f, 0.5f, 1, 1}, -1, {}}}, {{"space", "TANGENT"}, {"uv_map", "Second"}}, {}, -1});
+  material.nodes.push_back(
+      {"BsdfDiffuse",
+       "BSDF",
+       {{"Color", {}, 1, "Color"}, {"Roughness", {}, -1, {}}, {"Normal", {}, 2, "Normal"}},
+       {},
+       {},
+       -1});
+  material.nodes.push_back(
+      {"Attribute", "Paint", {}, {{"attribute_name", "Paint"}, {"attribute_type", "GEOMETRY"}}, {}, -1});
+  material.nodes.push_back({"NormalMap",
+                            "Normal Map",
+                            {{"Strength", {1, 1, 1, 1}, -1, {}}, {"Color", {0.6f, 0.5f, 1, 1}, -1, {}}},
+                            {{"space", "TANGENT"}, {"uv_map", "Second"}},
+                            {},
+                            -1});
   material.surface = 0;
   SceneDescription description;
   const M44d matrix = scaling({2, 0.5, 1}) * rotation(0.2, 0.7, -0.4) * translation({5, 1, 0});
-  InstanceDescription& instance = place(description, add(description, mesh), matrix, add(description, material));
+  InstanceDescription& instance =
+      place(description, add(description, mesh), matrix, add(description, material));
   instance.color = {0.1f, 0.2f, 0.3f}, instance.random = 0.75f, instance.object_index = 7;
   const auto scene = compiled(description);
   const MaterialNeeds& needs = scene->materials()[0].needs();
@@ -108,7 +122,8 @@ TEST(SceneSurface, SlotsChooseMaterials) {
   InstanceDescription& instance = place(description, add(description, mesh), {}, red);
   instance.materials = {red, glow};
   const auto scene = compiled(description);
-  const auto lower = scene->intersect({V3d(0.5, -0.5, 1), V3f(0, 0, -1)}), upper = scene->intersect({V3d(-0.5, 0.5, 1), V3f(0, 0, -1)});
+  const auto lower = scene->intersect({V3d(0.5, -0.5, 1), V3f(0, 0, -1)}),
+             upper = scene->intersect({V3d(-0.5, 0.5, 1), V3f(0, 0, -1)});
   ASSERT_TRUE(lower && upper);
   EXPECT_FALSE(scene->material(*lower).emits());
   EXPECT_TRUE(scene->material(*upper).emits());

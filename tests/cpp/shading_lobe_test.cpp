@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Each lobe shape alone: its sampler against its density (chi², numerics §7 and R8), weights, reciprocity, energy (R9).
+// Each lobe shape alone: its sampler against its density (chi², numerics §7 and R8), weights, reciprocity,
+// energy (R9).
 #include <gtest/gtest.h>
 
 #include "shading/energy.h"
@@ -14,7 +15,9 @@ struct Case {
   Cells cells;
 };
 
-Reflection reflection(float ax, float ay) { return {.alpha = {ax, ay}, .tangent = V3f(1, 0, 0), .fresnel = {}}; }
+Reflection reflection(float ax, float ay) {
+  return {.alpha = {ax, ay}, .tangent = V3f(1, 0, 0), .fresnel = {}};
+}
 Fresnel dielectric(float eta) { return {.kind = Fresnel::Kind::Dielectric, .eta = eta}; }
 
 std::vector<Case> cases() {
@@ -33,7 +36,9 @@ std::vector<Case> cases() {
     all.push_back({"Reflection, energy kept " + std::to_string(a), kept, {.alpha = {a, a}}});
     for (const float eta : {1.5f, 1 / 1.5f, 1.1f}) {
       const Refraction glass{.alpha = a, .eta = eta, .fresnel = dielectric(eta)};
-      all.push_back({"Refraction " + std::to_string(a) + ", eta " + std::to_string(eta), glass, {.alpha = {a, a}, .eta = eta, .below = true}});
+      all.push_back({"Refraction " + std::to_string(a) + ", eta " + std::to_string(eta),
+                     glass,
+                     {.alpha = {a, a}, .eta = eta, .below = true}});
     }
   }
   all.push_back({"Reflection, stretched", reflection(0.05f, 0.4f), {.alpha = {0.05f, 0.4f}}});
@@ -80,12 +85,16 @@ TEST(Lobes, SamplesFollowTheirDensity) {
         ShapeSample s;
         ++counts[sample_of(c.shape, o, random.pair(), s) ? c.cells.cell_of(o, s.i) : c.cells.count()];
       }
-      std::vector<double> expected = c.cells.integrate(o, [&](const V3f& i) { return pdf_of(c.shape, o, i); });
+      std::vector<double> expected =
+          c.cells.integrate(o, [&](const V3f& i) { return pdf_of(c.shape, o, i); });
       double sum = 0;
       for (double& p : expected) sum += p, p *= samples;
-      EXPECT_LT(sum, 1 + 2e-3) << c.name << " at " << mu;  // a density integrates to 1 or, where samples fail, to less
+      // a density integrates to 1 or, where samples fail, to less
+      EXPECT_LT(sum, 1 + 2e-3) << c.name << " at " << mu;
       expected.push_back(std::max(0.0, 1 - sum) * samples);
-      EXPECT_GT(chi2_p(counts, expected), significance) << c.name << " at cosine " << mu << ", failed " << counts.back() / samples << ", missing density " << 1 - sum;
+      EXPECT_GT(chi2_p(counts, expected), significance)
+          << c.name << " at cosine " << mu << ", failed " << counts.back() / samples << ", missing density "
+          << 1 - sum;
     }
 }
 
@@ -101,22 +110,24 @@ TEST(Lobes, WeightIsValueOverDensity) {
         // A direction read back from float costs 1e-7 / alpha of the half vector.
         const double tolerance = c.cells.alpha.x > 0 ? std::max(1e-3, 2e-5 / c.cells.alpha.x) : 1e-4;
         const double p = pdf_of(c.shape, o, s.i);
-        if (c.cells.eta == 1.1f && c.cells.alpha.x < 5e-3) continue;  // half vectors of nearly equal indices: 10 times less exact
+        // half vectors of nearly equal indices: 10 times less exact
+        if (c.cells.eta == 1.1f && c.cells.alpha.x < 5e-3) continue;
         EXPECT_NEAR(p / s.pdf, 1, tolerance) << c.name << " at " << mu;
         const double value = s.weight.y * s.pdf;
         EXPECT_NEAR(eval_of(c.shape, o, s.i).y, value, tolerance * value) << c.name << " at " << mu;
       }
 }
 
-// f(o, i) = f(i, o); across an interface f(i -> o) / η_o² = f(o -> i) / η_i² (Veach 1997, eq. 5.14), which in the flux convention
-// (f·eta², eta = η_i / η_o) reads: back·eta² = forward.
+// f(o, i) = f(i, o); across an interface f(i -> o) / η_o² = f(o -> i) / η_i² (Veach 1997, eq. 5.14), which in
+// the flux convention (f·eta², eta = η_i / η_o) reads: back·eta² = forward.
 TEST(Lobes, AreReciprocal) {
   Uniform random{5};
   for (const Case& c : cases())
     for (int k = 0; k < 300; ++k) {
       const V3f o = direction(0.05 + 0.9 * random.next(), 6.28 * random.next());
       ShapeSample s;
-      if (!sample_of(c.shape, o, random.pair(), s) || std::abs(s.i.z) < 0.02f || c.cells.alpha.x == 1e-3f) continue;
+      if (!sample_of(c.shape, o, random.pair(), s) || std::abs(s.i.z) < 0.02f || c.cells.alpha.x == 1e-3f)
+        continue;
       const double forward = eval_of(c.shape, o, s.i).y / std::abs(s.i.z);
       double back;
       if (const auto* r = std::get_if<Refraction>(&c.shape)) {
@@ -127,7 +138,8 @@ TEST(Lobes, AreReciprocal) {
       } else {
         back = eval_of(c.shape, s.i, o).y / o.z;
       }
-      EXPECT_NEAR(back, forward, 1e-30 + forward * (c.cells.alpha.x > 0 ? 2e-4 / c.cells.alpha.x : 1e-4)) << c.name;
+      EXPECT_NEAR(back, forward, 1e-30 + forward * (c.cells.alpha.x > 0 ? 2e-4 / c.cells.alpha.x : 1e-4))
+          << c.name;
     }
 }
 
@@ -135,8 +147,10 @@ TEST(Lobes, TabledAlbedosAreWhatIsScattered) {
   std::uint64_t seed = 0;
   for (const Case& c : cases())
     for (const double mu : cosines) {
-      const Color measured = measured_albedo(c.shape, direction(mu), 1 << 14, ++seed), table = albedo_of(c.shape, static_cast<float>(mu));
-      const bool coarse = (c.cells.eta > 0 && c.cells.eta < 1) || c.cells.alpha.x != c.cells.alpha.y;  // stated in energy.h
+      const Color measured = measured_albedo(c.shape, direction(mu), 1 << 14, ++seed),
+                  table = albedo_of(c.shape, static_cast<float>(mu));
+      // stated in energy.h
+      const bool coarse = (c.cells.eta > 0 && c.cells.eta < 1) || c.cells.alpha.x != c.cells.alpha.y;
       EXPECT_NEAR(table.y, measured.y, coarse ? 0.1 : 0.02) << c.name << " at " << mu;
       // Burley's diffuse is known to reflect more than it gets at grazing angles: Cycles' does too.
       EXPECT_LT(measured.y, std::holds_alternative<Burley>(c.shape) ? 1.15 : 1.02) << c.name << " at " << mu;
@@ -148,19 +162,22 @@ TEST(Lobes, WhiteFurnaceKeepsAllEnergy) {
     for (const double mu : {1.0, 0.83, 0.5, 0.21, 0.07}) {
       Reflection mirror = reflection(roughness * roughness, roughness * roughness);
       mirror.multiple = Color(1);
-      EXPECT_NEAR(measured_albedo(mirror, direction(mu), 1 << 15, 3).y, 1, 0.01) << "mirror, roughness " << roughness << ", cosine " << mu;
+      EXPECT_NEAR(measured_albedo(mirror, direction(mu), 1 << 15, 3).y, 1, 0.01)
+          << "mirror, roughness " << roughness << ", cosine " << mu;
       for (const float eta : {1.33f, 1.5f, 2.0f, 1 / 1.5f}) {
         const float a = roughness * roughness;
         const Reflection r{.alpha = {a, a}, .tangent = V3f(0), .fresnel = dielectric(eta), .balanced = true};
         const Refraction t{.alpha = a, .eta = eta, .fresnel = dielectric(eta), .balanced = true};
-        const float sum = measured_albedo(r, direction(mu), 1 << 15, 3).y + measured_albedo(t, direction(mu), 1 << 15, 4).y;
-        EXPECT_NEAR(sum, 1, eta > 1 ? 0.02 : 0.06) << "glass, roughness " << roughness << ", eta " << eta << ", cosine " << mu;
+        const float sum =
+            measured_albedo(r, direction(mu), 1 << 15, 3).y + measured_albedo(t, direction(mu), 1 << 15, 4).y;
+        EXPECT_NEAR(sum, 1, eta > 1 ? 0.02 : 0.06)
+            << "glass, roughness " << roughness << ", eta " << eta << ", cosine " << mu;
       }
     }
 }
 
-// A coloured metal between its single scattering and white: Kulla & Conty's series, for a constant reflectance F:
-// E F + F² E_avg / (1 - F (1 - E_avg)) (1 - E).
+// A coloured metal between its single scattering and white: Kulla & Conty's series, for a constant
+// reflectance F: E F + F² E_avg / (1 - F (1 - E_avg)) (1 - E).
 TEST(Lobes, ColouredFurnaceFollowsTheSeries) {
   const float a = 0.64f, roughness = 0.8f;
   Reflection metal = reflection(a, a);
@@ -184,7 +201,8 @@ TEST(Lobes, ReflectedAndTransmittedSumToOne) {  // R9
     const float eta = k % 2 ? 1.5f : 1 / 1.5f;
     const V3f o = direction(std::max(1e-4f, random.next()));
     ShapeSample r, t;
-    ASSERT_TRUE(sample_shape(Reflection{.alpha = {0, 0}, .tangent = V3f(0), .fresnel = dielectric(eta)}, o, V2f(0), r));
+    ASSERT_TRUE(sample_shape(Reflection{.alpha = {0, 0}, .tangent = V3f(0), .fresnel = dielectric(eta)}, o,
+                             V2f(0), r));
     const Refraction glass{.alpha = 0, .eta = eta, .fresnel = dielectric(eta)};
     const bool passes = sample_shape(glass, o, V2f(0), t);
     const double sum = static_cast<double>(r.weight.y) + (passes ? t.weight.y : 0);
@@ -204,7 +222,8 @@ TEST(Lobes, MirrorAndNarrowestLobeAgree) {  // R8: 0.999e-3 is a mirror, 1.001e-
     EXPECT_TRUE(is_delta(smooth));
     EXPECT_FALSE(is_delta(rough));
     EXPECT_NEAR(measured_albedo(rough, o, 1 << 12, 1).y / measured_albedo(smooth, o, 1, 1).y, 1, 0.02);
-    const Refraction clear{.alpha = 0.999e-3f, .eta = 1.5f, .fresnel = dielectric(1.5f)}, frosted{.alpha = 1.001e-3f, .eta = 1.5f, .fresnel = dielectric(1.5f)};
+    const Refraction clear{.alpha = 0.999e-3f, .eta = 1.5f, .fresnel = dielectric(1.5f)},
+        frosted{.alpha = 1.001e-3f, .eta = 1.5f, .fresnel = dielectric(1.5f)};
     EXPECT_NEAR(measured_albedo(frosted, o, 1 << 12, 1).y / measured_albedo(clear, o, 1, 1).y, 1, 0.02);
   }
 }
@@ -212,13 +231,13 @@ TEST(Lobes, MirrorAndNarrowestLobeAgree) {  // R8: 0.999e-3 is a mirror, 1.001e-
 TEST(Fresnel, KnownValues) {
   EXPECT_NEAR(fresnel_dielectric(1, 1.5f), 0.04, 1e-6);
   EXPECT_NEAR(fresnel_dielectric(1, 1 / 1.5f), 0.04, 1e-6);
-  EXPECT_EQ(fresnel_dielectric(0.7f, 1 / 1.5f), 1);                      // sin = 0.714 > 1 / 1.5
-  const float brewster = std::cos(std::atan(1.5f));                      // r_p = 0: half of r_s
+  EXPECT_EQ(fresnel_dielectric(0.7f, 1 / 1.5f), 1);  // sin = 0.714 > 1 / 1.5
+  const float brewster = std::cos(std::atan(1.5f));  // r_p = 0: half of r_s
   EXPECT_NEAR(fresnel_dielectric(brewster, 1.5f), 0.5 * square((1.5 * 1.5 - 1) / (1.5 * 1.5 + 1)), 1e-6);
   EXPECT_NEAR(f0_of_ior(ior_of_f0(0.3f)), 0.3, 1e-6);
-  const Fresnel gold = metal_fresnel(Color(1, 0.7f, 0.3f), Color(1));    // tint 1: plain Schlick
+  const Fresnel gold = metal_fresnel(Color(1, 0.7f, 0.3f), Color(1));  // tint 1: plain Schlick
   EXPECT_NEAR(eval_fresnel(gold, 0.5f).y, 0.7 + 0.3 * std::pow(0.5, 5), 1e-6);
-  const Fresnel tinted = metal_fresnel(Color(0.5f), Color(0.2f));        // F(1/7) = tint · Schlick(1/7)
+  const Fresnel tinted = metal_fresnel(Color(0.5f), Color(0.2f));  // F(1/7) = tint · Schlick(1/7)
   const double schlick = 0.5 + 0.5 * std::pow(6.0 / 7, 5);
   EXPECT_NEAR(eval_fresnel(tinted, 1.0f / 7).x, 0.2 * schlick, 1e-5);
 }

@@ -18,8 +18,12 @@ struct Tree {
     return static_cast<int>(description.nodes.size()) - 1;
   }
   Tree& set(int node, const std::string& input, float x) { return put(node, {input, {x, x, x, x}, -1, ""}); }
-  Tree& set(int node, const std::string& input, const V3f& v) { return put(node, {input, {v.x, v.y, v.z, 1}, -1, ""}); }
-  Tree& link(int node, const std::string& input, int from, const std::string& output = "") { return put(node, {input, {}, from, output}); }
+  Tree& set(int node, const std::string& input, const V3f& v) {
+    return put(node, {input, {v.x, v.y, v.z, 1}, -1, ""});
+  }
+  Tree& link(int node, const std::string& input, int from, const std::string& output = "") {
+    return put(node, {input, {}, from, output});
+  }
   NodeDescription& at(int node) { return description.nodes[static_cast<std::size_t>(node)]; }
 
   [[nodiscard]] Material compile(int surface, std::span<const Image> images = {}, float threshold = 0.1f) {
@@ -27,7 +31,8 @@ struct Tree {
     return compile_material(description, images, threshold, warnings);
   }
   // What a value node gives at a point: it is made to shine.
-  [[nodiscard]] Color value(int node, const std::string& output = "", const SurfacePoint& point = {}, std::span<const Image> images = {}) {
+  [[nodiscard]] Color value(int node, const std::string& output = "", const SurfacePoint& point = {},
+                            std::span<const Image> images = {}) {
     const int emission = add("Emission");
     link(emission, "Color", node, output).set(emission, "Strength", 1);
     const Material material = compile(emission, images);

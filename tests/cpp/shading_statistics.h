@@ -10,13 +10,15 @@
 
 namespace sluice::test {
 
-// Upper tail of the chi² distribution, by Wilson & Hilferty's cube root (good to 1e-3 of probability for the degrees met here).
+// Upper tail of the chi² distribution, by Wilson & Hilferty's cube root (good to 1e-3 of probability for the
+// degrees met here).
 inline double chi2_tail(double chi2, double degrees) {
   const double z = (std::cbrt(chi2 / degrees) - (1 - 2 / (9 * degrees))) / std::sqrt(2 / (9 * degrees));
   return 0.5 * std::erfc(z / std::sqrt(2.0));
 }
 
-// p-value of counts against expected counts; cells expecting fewer than 5 are pooled. A full cell that expects nothing gives 0.
+// p-value of counts against expected counts; cells expecting fewer than 5 are pooled. A full cell that
+// expects nothing gives 0.
 inline double chi2_p(const std::vector<double>& counts, const std::vector<double>& expected) {
   double chi2 = 0, pooled_count = 0, pooled_expected = 0;
   int cells = 0;
@@ -40,7 +42,8 @@ inline double chi2_p(const std::vector<double>& counts, const std::vector<double
 
 inline V3f direction(double mu, double phi = 0.7) {
   const double r = std::sqrt(std::max(0.0, 1 - mu * mu));
-  return {static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)), static_cast<float>(mu)};
+  return {static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
+          static_cast<float>(mu)};
 }
 
 // Independent uniform numbers (not the low-discrepancy ones: chi² wants independence).
@@ -53,8 +56,9 @@ struct Uniform {
   }
 };
 
-// A grid over directions i. Diffuse shapes: even in cos θ and φ. Microfacet shapes: over half vectors, even in x = 1 - 1 / sqrt(1 + r²),
-// r = slope / alpha, so that a lobe 1e-3 wide is resolved as well as a wide one and the density stays bounded at r = infinity.
+// A grid over directions i. Diffuse shapes: even in cos θ and φ. Microfacet shapes: over half vectors, even
+// in x = 1 - 1 / sqrt(1 + r²), r = slope / alpha, so that a lobe 1e-3 wide is resolved as well as a wide one
+// and the density stays bounded at r = infinity.
 struct Cells {
   int rows = 24, columns = 24;
   ggx::Alpha alpha{0, 0};  // 0: even over directions
@@ -76,20 +80,25 @@ struct Cells {
       phi = std::atan2(sy, sx);
     }
     const int row = std::clamp(static_cast<int>(x * rows), 0, rows - 1);
-    const int column = std::clamp(static_cast<int>((phi / (2 * std::numbers::pi) + 0.5) * columns), 0, columns - 1);
+    const int column =
+        std::clamp(static_cast<int>((phi / (2 * std::numbers::pi) + 0.5) * columns), 0, columns - 1);
     return static_cast<std::size_t>(row * columns + column);
   }
 
-  // Probability that `density` (per solid angle of i) gives each cell, by the midpoint rule on `fine`² points a cell.
+  // Probability that `density` (per solid angle of i) gives each cell, by the midpoint rule on `fine`² points
+  // a cell.
   template <class Density>
   [[nodiscard]] std::vector<double> integrate(const V3f& o, Density&& density, int fine = 16) const {
     std::vector<double> p(count(), 0.0);
     for (int a = 0; a < rows * fine; ++a)
       for (int b = 0; b < columns * fine; ++b) {
-        const double x = (a + 0.5) / (rows * fine), phi = ((b + 0.5) / (columns * fine) - 0.5) * 2 * std::numbers::pi;
+        const double x = (a + 0.5) / (rows * fine),
+                     phi = ((b + 0.5) / (columns * fine) - 0.5) * 2 * std::numbers::pi;
         V3f i;
         const double jacobian = solid_angle(o, x, phi, i);
-        if (jacobian > 0) p[static_cast<std::size_t>((a / fine) * columns + b / fine)] += density(i) * jacobian * 2 * std::numbers::pi / (rows * fine * columns * fine);
+        if (jacobian > 0)
+          p[static_cast<std::size_t>((a / fine) * columns + b / fine)] +=
+              density(i) * jacobian * 2 * std::numbers::pi / (rows * fine * columns * fine);
       }
     return p;
   }
@@ -101,9 +110,11 @@ struct Cells {
       i = direction(below ? -x : x, phi);
       return 1;
     }
-    const double r = std::sqrt(1 / square(1 - x) - 1), sx = r * std::cos(phi) * alpha.x, sy = r * std::sin(phi) * alpha.y;
+    const double r = std::sqrt(1 / square(1 - x) - 1), sx = r * std::cos(phi) * alpha.x,
+                 sy = r * std::sin(phi) * alpha.y;
     const V3d h = V3d(sx, sy, 1) / std::sqrt(1 + sx * sx + sy * sy), od(o);
-    const double slopes = alpha.x * alpha.y / ((1 - x) * square(1 - x)), oh = od.dot(h);  // slope area per dx dφ
+    // slope area per dx dφ
+    const double slopes = alpha.x * alpha.y / ((1 - x) * square(1 - x)), oh = od.dot(h);
     if (oh <= 0) return 0;
     const double half = slopes * h.z * h.z * h.z;
     if (eta == 0) {

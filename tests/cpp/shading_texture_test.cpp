@@ -9,7 +9,9 @@ namespace sluice::test {
 namespace {
 
 // 2 x 2: bottom row red, green; top row blue, white with alpha 0.5.
-Image corners() { return make_image("corners", 2, 2, {1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, 1, 1, 1, 0.5f}, ColorSpace::Linear); }
+Image corners() {
+  return make_image("corners", 2, 2, {1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, 1, 1, 1, 0.5f}, ColorSpace::Linear);
+}
 
 TEST(Texture, FiltersAndRows) {
   const Image image = corners();
@@ -38,7 +40,8 @@ TEST(Texture, OutsideFollowsTheExtension) {
   for (const float bad : {infinity, -infinity, std::nanf(""), 3e38f, -3e38f})
     for (const auto e : {Extension::Repeat, Extension::Extend, Extension::Clip, Extension::Mirror})
       for (const auto i : {Interpolation::Closest, Interpolation::Linear})
-        EXPECT_TRUE(is_finite(sample_texture({.image = &image, .interpolation = i, .extension = e}, bad, 0.3f).color));
+        EXPECT_TRUE(is_finite(
+            sample_texture({.image = &image, .interpolation = i, .extension = e}, bad, 0.3f).color));
   const Texture linear{.image = &image};
   EXPECT_EQ(sample_texture(linear, 0, 0.25f).color, Color(0.5f, 0.5f, 0));  // repeats across the seam
 }
@@ -50,18 +53,21 @@ TEST(Texture, Projections) {
   EXPECT_NEAR(equirectangular({0, 1, 0}).x, 0.25, 1e-6);
   EXPECT_NEAR(equirectangular({0, 0, 5}).y, 1, 1e-6);
   EXPECT_NEAR(equirectangular({0, 0, -5}).y, 0, 1e-6);
-  const V2f ball = project(Projection::MirrorBall, {0, -1, 0});  // towards the camera that took it: the middle
+  // towards the camera that took it: the middle
+  const V2f ball = project(Projection::MirrorBall, {0, -1, 0});
   EXPECT_NEAR(ball.x, 0.5, 1e-6);
   EXPECT_NEAR(ball.y, 0.5, 1e-6);
-  for (const auto p : {Projection::Equirectangular, Projection::MirrorBall, Projection::Sphere, Projection::Tube}) EXPECT_TRUE(std::isfinite(project(p, V3f(0)).x));
+  for (const auto p :
+       {Projection::Equirectangular, Projection::MirrorBall, Projection::Sphere, Projection::Tube})
+    EXPECT_TRUE(std::isfinite(project(p, V3f(0)).x));
 }
 
 TEST(Texture, BoxTakesTheSideThatFacesTheNormal) {
   const Image image = corners();
   Texture t{.image = &image, .interpolation = Interpolation::Closest, .projection = Projection::Box};
-  EXPECT_EQ(sample_box(t, {0.9f, 0.25f, 0.75f}, {1, 0, 0}).color, Color(0, 0, 1));     // (y, z)
-  EXPECT_EQ(sample_box(t, {0.75f, 0.9f, 0.25f}, {0, -1, 0}).color, Color(0, 1, 0));    // (x, z)
-  EXPECT_EQ(sample_box(t, {0.75f, 0.25f, 0.9f}, {0, 0, -1}).color, Color(0, 0, 1));    // (y, x)
+  EXPECT_EQ(sample_box(t, {0.9f, 0.25f, 0.75f}, {1, 0, 0}).color, Color(0, 0, 1));   // (y, z)
+  EXPECT_EQ(sample_box(t, {0.75f, 0.9f, 0.25f}, {0, -1, 0}).color, Color(0, 1, 0));  // (x, z)
+  EXPECT_EQ(sample_box(t, {0.75f, 0.25f, 0.9f}, {0, 0, -1}).color, Color(0, 0, 1));  // (y, x)
   t.blend = 0.5f;
   const V3f n = V3f(1, 0.7f, 0.5f).normalized();
   EXPECT_NEAR(sample_box(t, {0.25f, 0.25f, 0.25f}, n).alpha, 1, 1e-5);  // weights sum to 1
@@ -92,7 +98,8 @@ TEST(Texture, MissingImagesAreMagentaAndSaid) {
 TEST(Texture, WorldsLookAlongTheDirection) {
   const Image images[] = {corners()};
   Tree tree;
-  const int image = tree.add("TexEnvironment", {{"interpolation", "Closest"}}), background = tree.add("Background");
+  const int image = tree.add("TexEnvironment", {{"interpolation", "Closest"}}),
+            background = tree.add("Background");
   tree.at(image).image = 0;
   tree.link(background, "Color", image, "Color").set(background, "Strength", 2);
   const Material world = tree.compile(background, images);

@@ -24,7 +24,8 @@ TEST(Photon, DirectionsComeBackWithinFiveThousandthsOfADegree) {
     EXPECT_NEAR(back.length(), 1, 1e-6);
     worst = std::max(worst, (back - d).length());
   }
-  for (const V3f& axis : {V3f(1, 0, 0), V3f(-1, 0, 0), V3f(0, 1, 0), V3f(0, -1, 0), V3f(0, 0, 1), V3f(0, 0, -1)})
+  for (const V3f& axis :
+       {V3f(1, 0, 0), V3f(-1, 0, 0), V3f(0, 1, 0), V3f(0, -1, 0), V3f(0, 0, 1), V3f(0, 0, -1)})
     worst = std::max(worst, (unpack_direction(pack_direction(axis)) - axis).length());
   EXPECT_LT(worst, 5e-3 * pi / 180);
 }
@@ -52,12 +53,14 @@ TEST(Photon, KeepsItsState) {
   }
 }
 
-std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks, int each, const V3d& centre, double spread) {
+std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks, int each, const V3d& centre,
+                                                double spread) {
   std::vector<std::vector<Photon>> all(static_cast<std::size_t>(chunks));
   for (auto& chunk : all)
     for (int i = 0; i < each; ++i) {
       Photon photon;
-      photon.position = V3f(centre + V3d(random.real(-1, 1), random.real(-1, 1), random.real(-0.1, 0.1)) * spread);
+      photon.position =
+          V3f(centre + V3d(random.real(-1, 1), random.real(-1, 1), random.real(-0.1, 0.1)) * spread);
       photon.q = random.bits() & 0x7fffffu;
       photon.arrival = static_cast<Arrival>(random.bits() & 3u);
       chunk.push_back(photon);
@@ -68,19 +71,26 @@ std::vector<std::vector<Photon>> random_photons(test::Random& random, int chunks
 // Numerics D5: also with cells far smaller than the scene and far from the origin.
 TEST(PhotonMap, FindsWhatBruteForceFinds) {
   ThreadPool pool(2);
-  for (const auto& [spread, radius, cell] : {std::tuple{1.0, 0.1f, 0.2f}, {1.0, 0.5f, 0.05f}, {1e4, 500.0f, 1000.0f}, {1.0, 0.02f, 0.2f}, {1e6, 1e-7f, 2e-7f}}) {
+  for (const auto& [spread, radius, cell] : {std::tuple{1.0, 0.1f, 0.2f},
+                                             {1.0, 0.5f, 0.05f},
+                                             {1e4, 500.0f, 1000.0f},
+                                             {1.0, 0.02f, 0.2f},
+                                             {1e6, 1e-7f, 2e-7f}}) {
     test::Random random(3);
     const auto chunks = random_photons(random, 5, 400, V3d(spread * 3, 0, -spread), spread);
     PhotonMap map;
     map.build(chunks, 0b0101, cell, pool, never);
     for (int query = 0; query < 500; ++query) {
-      const V3f p = chunks[0][static_cast<std::size_t>(query % 400)].position + V3f(random.direction() * radius * random.unit());
+      const V3f p = chunks[0][static_cast<std::size_t>(query % 400)].position +
+                    V3f(random.direction() * radius * random.unit());
       std::multiset<std::uint32_t> found, expected;
       map.query(p, radius, [&](const Photon& photon) { found.insert(photon.q); });
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const V3f d = photon.position - p;
-          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius) expected.insert(photon.q);
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 &&
+              d.x * d.x + (d.y * d.y + d.z * d.z) < radius * radius)
+            expected.insert(photon.q);
         }
       ASSERT_EQ(found, expected) << spread << ' ' << query;
     }
@@ -90,18 +100,25 @@ TEST(PhotonMap, FindsWhatBruteForceFinds) {
 // By their own reach, from one that holds everything to a millionth of it, alike and mixed.
 TEST(PhotonMap, FindsThePhotonsWhoseReachHoldsThePlace) {
   ThreadPool pool(2);
-  for (const auto& [spread, least, most] : {std::tuple{1.0, 0.05f, 0.05f}, {1.0, 1e-3f, 0.7f}, {1e4, 3.0f, 4000.0f}, {1e6, 2.0f, 3e5f}, {1e-3, 1e-9f, 1e-3f}}) {
+  for (const auto& [spread, least, most] : {std::tuple{1.0, 0.05f, 0.05f},
+                                            {1.0, 1e-3f, 0.7f},
+                                            {1e4, 3.0f, 4000.0f},
+                                            {1e6, 2.0f, 3e5f},
+                                            {1e-3, 1e-9f, 1e-3f}}) {
     test::Random random(8);
     auto chunks = random_photons(random, 5, 400, V3d(spread, 0, -spread), spread);
     const float decades = std::log(most / least);
-    const auto reach_of = [&, least = least](const Photon& photon) { return least * std::exp(decades * static_cast<float>(photon.q & 0xffffu) / 65535.0f); };
+    const auto reach_of = [&, least = least](const Photon& photon) {
+      return least * std::exp(decades * static_cast<float>(photon.q & 0xffffu) / 65535.0f);
+    };
     PhotonMap map;
     map.build_by_reach(chunks, 0b0101, reach_of, pool, never);
     std::size_t count = 0;
     for (int query = 0; query < 500; ++query) {
       const Photon& near = chunks[0][static_cast<std::size_t>(query % 400)];
       const V3f p = near.position + V3f(random.direction() * reach_of(near) * random.unit());
-      const Reaches some = query % 3 ? Reaches{least * 0.99f, most * 1.01f} : Reaches{least * 0.99f, reach_of(near)};
+      const Reaches some =
+          query % 3 ? Reaches{least * 0.99f, most * 1.01f} : Reaches{least * 0.99f, reach_of(near)};
       std::multiset<std::uint32_t> found, expected;
       map.query(p, some, V3f(1.0001f), [&](const Photon& photon, float per_reach2) {
         EXPECT_NEAR(per_reach2 * square(reach_of(photon)), 1, 1e-5);
@@ -110,7 +127,9 @@ TEST(PhotonMap, FindsThePhotonsWhoseReachHoldsThePlace) {
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const float per_reach2 = 1 / square(reach_of(photon));
-          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.most && (photon.position - p).length2() * per_reach2 < 1) expected.insert(photon.q);
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.most &&
+              (photon.position - p).length2() * per_reach2 < 1)
+            expected.insert(photon.q);
         }
       ASSERT_EQ(found, expected) << spread << ' ' << query;
       count += found.size();
@@ -135,7 +154,8 @@ TEST(PhotonMap, OrderDoesNotDependOnThreads) {
   EXPECT_EQ(orders[0], orders[2]);
 }
 
-// At whatever moment: keys that a build before left must not be counted in a smaller table (sanitizers and checked vectors see it).
+// At whatever moment: keys that a build before left must not be counted in a smaller table (sanitizers and
+// checked vectors see it).
 TEST(PhotonMap, ACancelledBuildLeavesItEmpty) {
   test::Random random(5);
   const auto chunks = random_photons(random, 1000, 400, V3d(0), 1);
@@ -147,8 +167,7 @@ TEST(PhotonMap, ACancelledBuildLeavesItEmpty) {
     std::atomic<bool> cancelled = false;
     std::thread host([&] {
       const auto begin = std::chrono::steady_clock::now();
-      while (std::chrono::steady_clock::now() - begin < std::chrono::microseconds(microseconds)) {
-      }
+      while (std::chrono::steady_clock::now() - begin < std::chrono::microseconds(microseconds)) {}
       cancelled = true;
     });
     map.build(chunks, 0b1111, 0.01f, pool, cancelled);
@@ -172,26 +191,32 @@ const Vertex& white_floor() {
   return floor;
 }
 
-// One radius for all photons, or kernels that are their own, by their states: as far as blurs as much, or a little further or less far.
+// One radius for all photons, or kernels that are their own, by their states: as far as blurs as much, or a
+// little further or less far.
 enum class Kernel { Even, Round };
-float reach_of(const Photon& photon, float radius) { return std::sqrt(1.5f) * radius * (1 + 0.2f * static_cast<float>((photon.q + 1) % 3 - 1.0f)); }
+float reach_of(const Photon& photon, float radius) {
+  return std::sqrt(1.5f) * radius * (1 + 0.2f * static_cast<float>((photon.q + 1) % 3 - 1.0f));
+}
 
 void build(PhotonMap& map, Kernel kernel, PhotonMap::Chunks chunks, float radius, ThreadPool& pool) {
   if (kernel == Kernel::Even)
     map.build(chunks, ~0u, 2 * radius, pool, never);
   else
-    map.build_by_reach(chunks, ~0u, [radius](const Photon& photon) { return reach_of(photon, radius); }, pool, never);
+    map.build_by_reach(
+        chunks, ~0u, [radius](const Photon& photon) { return reach_of(photon, radius); }, pool, never);
 }
 
 template <class Ask, class Found>
-Sum density(const PhotonMap& map, Kernel kernel, float radius, const SumRule& rule, Ask&& ask, Found&& found) {
+Sum density(const PhotonMap& map, Kernel kernel, float radius, const SumRule& rule, Ask&& ask,
+            Found&& found) {
   const Receiver receiver(white_floor(), gathering);
   if (kernel == Kernel::Even) return estimate_density(map, receiver, radius, rule, ask, found);
   return estimate_density(map, receiver, Reaches{0.9f * radius, 1.5f * radius}, rule, ask, found);
 }
 
-// What a kernel makes of a square lattice of photons on z = 0, each of flux 1 for its cell, seen by a white diffuse floor at the origin: the
-// sum of the weights, that of their products with x², and that of their squares.
+// What a kernel makes of a square lattice of photons on z = 0, each of flux 1 for its cell, seen by a white
+// diffuse floor at the origin: the sum of the weights, that of their products with x², and that of their
+// squares.
 struct KernelSums {
   double all = 0, blur = 0, squares = 0;
 };
@@ -230,7 +255,8 @@ TEST(Density, KernelsKeepLightAndBlurAlikeAndTheRoundOneHasLessNoise) {
   EXPECT_NEAR(round.squares / even.squares, 8.0 / 9, 3e-3);
 }
 
-// Wherever photons lie and however far they reach, receivers all over the floor get what they carry. Exact but for the receivers' lattice.
+// Wherever photons lie and however far they reach, receivers all over the floor get what they carry. Exact
+// but for the receivers' lattice.
 TEST(Density, WidthsOfAllKindsKeepLight) {
   ThreadPool pool(1);
   const float step = 0.01f;
@@ -247,7 +273,9 @@ TEST(Density, WidthsOfAllKindsKeepLight) {
       carried += photon.flux().x;
       chunks[0].push_back(photon);
     }
-    const auto reach = [](const Photon& photon) { return 0.1f * std::exp2(static_cast<float>(photon.q % 8) / 2.5f); };
+    const auto reach = [](const Photon& photon) {
+      return 0.1f * std::exp2(static_cast<float>(photon.q % 8) / 2.5f);
+    };
     PhotonMap map;
     map.build_by_reach(chunks, ~0u, reach, pool, never);
     for (int x = -150; x <= 150; ++x)
@@ -255,14 +283,17 @@ TEST(Density, WidthsOfAllKindsKeepLight) {
         Vertex v = white_floor();
         v.hit.position = V3d(x, y, 0) * step;
         const auto found = [&](const Photon&, const Color& radiance, bool) { received += radiance.x; };
-        received += estimate_density(map, Receiver(v, gathering), Reaches{0.09f, 0.8f}, {sums, 10, false}, [](std::uint32_t) { return SumAnswer(); }, found).radiance.x;
+        received += estimate_density(
+                        map, Receiver(v, gathering), Reaches{0.09f, 0.8f}, {sums, 10, false},
+                        [](std::uint32_t) { return SumAnswer(); }, found)
+                        .radiance.x;
       }
     EXPECT_NEAR(received * pi * square(step) / carried, 1, 1e-3) << sums;
   }
 }
 
-// What is added up at once is what would have been found one by one, in a corner where some photons lie on the wall. Of the states 0 to 3 one
-// is not in the sum, one is handed over as well.
+// What is added up at once is what would have been found one by one, in a corner where some photons lie on
+// the wall. Of the states 0 to 3 one is not in the sum, one is handed over as well.
 void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   test::Random random(7);
   auto chunks = random_photons(random, 6, 5000, V3d(0), 1);
@@ -270,10 +301,13 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   for (auto& chunk : chunks)
     for (Photon& photon : chunk) {
       const bool on_floor = random.unit() < 0.8f;
-      photon.position = on_floor ? V3f(photon.position.x, photon.position.y, 0.01f * random.unit()) : V3f(0.1f, photon.position.y, std::abs(photon.position.x));
-      photon.wi = pack_direction(V3f(0, 0, 1)), photon.normal = pack_direction(on_floor ? V3f(0.1f * random.unit(), 0, 1).normalized() : V3f(-1, 0, 0));
+      photon.position = on_floor ? V3f(photon.position.x, photon.position.y, 0.01f * random.unit())
+                                 : V3f(0.1f, photon.position.y, std::abs(photon.position.x));
+      photon.wi = pack_direction(V3f(0, 0, 1));
+      photon.normal = pack_direction(on_floor ? V3f(0.1f * random.unit(), 0, 1).normalized() : V3f(-1, 0, 0));
       photon.set_flux(Color(random.unit(), random.unit(), random.unit()));
-      photon.depth = static_cast<std::uint8_t>(random.bits() & 15u), photon.q = 4 * number++ + (random.bits() & 3u), photon.met_gate = random.unit() < 0.2f;
+      photon.depth = static_cast<std::uint8_t>(random.bits() & 15u);
+      photon.q = 4 * number++ + (random.bits() & 3u), photon.met_gate = random.unit() < 0.2f;
     }
   ThreadPool pool(1);
   PhotonMap map;
@@ -282,7 +316,8 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   std::set<std::uint32_t> summed, handed_over;
   V3d expected(0);
   density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, bool) {
-    const bool may_be = !photon.met_gate && photon.depth <= depth, is_summed = may_be && (!asks || ask(photon.q).is_summed);
+    const bool may_be = !photon.met_gate && photon.depth <= depth,
+               is_summed = may_be && (!asks || ask(photon.q).is_summed);
     if (is_summed) expected += V3d(radiance), summed.insert(photon.q);
     if (!may_be || (asks && ask(photon.q).is_handed_over)) handed_over.insert(photon.q);
   });
@@ -292,10 +327,11 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   const bool sums_lanes = false;
 #endif
   std::set<std::uint32_t> found;
-  const Sum sum = density(map, kernel, radius, {true, depth, asks}, ask, [&](const Photon& photon, const Color&, bool is_summed) {
-    found.insert(photon.q);
-    EXPECT_EQ(is_summed, sums_lanes && summed.contains(photon.q));
-  });
+  const Sum sum = density(map, kernel, radius, {true, depth, asks}, ask,
+                          [&](const Photon& photon, const Color&, bool is_summed) {
+                            found.insert(photon.q);
+                            EXPECT_EQ(is_summed, sums_lanes && summed.contains(photon.q));
+                          });
   if (!sums_lanes) {
     EXPECT_EQ(sum.photons, 0u);
     return;
@@ -309,14 +345,20 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
 TEST(Density, SumsAreThoseOfTheirPhotons) {
   for (const float radius : {0.1f, 0.3f})
     for (const int depth : {3, 7})
-      for (const bool asks : {false, true}) for (const Kernel kernel : {Kernel::Even, Kernel::Round}) expect_the_same_sum(kernel, radius, depth, asks);
+      for (const bool asks : {false, true})
+        for (const Kernel kernel : {Kernel::Even, Kernel::Round})
+          expect_the_same_sum(kernel, radius, depth, asks);
 }
 
-// What a receiver looks for holds every photon whose kernel holds the receiver, near the camera and beside the picture, in pictures of few pixels
-// and of many; radii follow the footprint there, in scenes of any size.
+// What a receiver looks for holds every photon whose kernel holds the receiver, near the camera and beside
+// the picture, in pictures of few pixels and of many; radii follow the footprint there, in scenes of any
+// size.
 TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
-  for (const auto& [kind, lens, pixels, scale] : {std::tuple{CameraKind::Perspective, 50.0f, 1920, 1.0}, {CameraKind::Perspective, 50.0f, 32, 1e4}, {CameraKind::Perspective, 5.0f, 64, 1e-3},
-                                                  {CameraKind::Perspective, 1.0f, 64, 1.0}, {CameraKind::Orthographic, 50.0f, 64, 1.0}}) {
+  for (const auto& [kind, lens, pixels, scale] : {std::tuple{CameraKind::Perspective, 50.0f, 1920, 1.0},
+                                                  {CameraKind::Perspective, 50.0f, 32, 1e4},
+                                                  {CameraKind::Perspective, 5.0f, 64, 1e-3},
+                                                  {CameraKind::Perspective, 1.0f, 64, 1.0},
+                                                  {CameraKind::Orthographic, 50.0f, 64, 1.0}}) {
     CameraDescription camera;
     camera.kind = kind, camera.lens = lens, camera.ortho_scale = static_cast<float>(2 * scale);
     FrameDescription frame;
@@ -329,7 +371,9 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
     for (int i = 0; i < 20000; ++i) {
       const V3f p(random.direction() * static_cast<float>(scale * std::pow(10.0, random.real(-2, 2))));
       const bool soft = random.unit() < 0.5f;
-      const float needed = static_cast<float>(placed.footprint(V3d(p))) * std::pow(10.0f, random.unit() * 3 - 1), shrunk = std::pow(0.1f, random.unit());
+      const float needed =
+                      static_cast<float>(placed.footprint(V3d(p))) * std::pow(10.0f, random.unit() * 3 - 1),
+                  shrunk = std::pow(0.1f, random.unit());
       const float reach = bounds.reach(p, soft, random.unit() < 0.8f ? &needed : nullptr, shrunk);
       const V3f v = p + random.direction() * reach * random.unit();
       const Reaches reaches = bounds.around(v, shrunk);
@@ -342,7 +386,8 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
   }
 }
 
-// Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one cell's radius to the next one's.
+// Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one
+// cell's radius to the next one's.
 TEST(Disks, LookupsPassEvenlyFromCellToCell) {
   Disks disks;
   disks.levels.emplace_back(1.0);

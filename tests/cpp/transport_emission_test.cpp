@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// No lamp starves: photons are shared among lights by what these bring to the picture, in a scene of any extent and with any others beside them.
+// No lamp starves: photons are shared among lights by what these bring to the picture, in a scene of any
+// extent and with any others beside them.
 #include "scene_fixtures.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
@@ -21,7 +22,8 @@ MeshDescription box() {
   MeshDescription mesh;
   mesh.name = "box";
   for (int i = 0; i < 8; ++i) mesh.positions.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-  for (const auto& [a, b, c, d] : std::vector<std::array<std::uint32_t, 4>>{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+  for (const auto& [a, b, c, d] : std::vector<std::array<std::uint32_t, 4>>{
+           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
     mesh.triangles.push_back({a, b, c});
     mesh.triangles.push_back({a, c, d});
   }
@@ -33,7 +35,9 @@ SceneDescription room(double ground) {
   SceneDescription scene;
   const int plate = test::add(scene, test::grid()), grey = test::add(scene, test::diffuse(0.6f));
   test::place(scene, test::add(scene, box()), test::scaling({2, 2, 2}), grey, "Room");
-  if (ground > 0) test::place(scene, plate, test::scaling({ground / 2, ground / 2, 1}) * test::translation({0, 0, -2.5}), grey, "Ground");
+  if (ground > 0)
+    test::place(scene, plate, test::scaling({ground / 2, ground / 2, 1}) * test::translation({0, 0, -2.5}),
+                grey, "Ground");
   scene.camera.matrix = test::rotation(std::numbers::pi / 2, 0, 0) * test::translation({0, -1.6, 0});
   scene.camera.lens = 24;
   scene.frame = {.width = side, .height = side, .x0 = 0, .y0 = 0, .x1 = side, .y1 = side};
@@ -55,14 +59,17 @@ class Passes {
       PhotonSet photons;
       PhotonPass photon_pass(*scene_, settings_, effects_, pool_.size());
       ViewPass view_pass(*scene_, settings_, effects_, pool_.size());
-      const PassContext context{*scene_, settings_, effects_, guide, 4 * pass};  // one stream; the radius hardly changes
+      // one stream; the radius hardly changes
+      const PassContext context{*scene_, settings_, effects_, guide, 4 * pass};
       EXPECT_TRUE(photon_pass.run(context, pool_, cancel_, photons, counts_));
       EXPECT_TRUE(view_pass.run(context, photons, pool_, cancel_, film, lock_, counts_));
       const std::vector<float> image = film.image("Indirect");
       for (std::size_t p = 0; p < pixels.size(); ++p) pixels[p].add(image[3 * p + 1]);
     }
     Told told;
-    for (const test::Mean& pixel : pixels) told.variance += square(pixel.error()) * passes / (side * side), told.mean += pixel.value() / (side * side);
+    for (const test::Mean& pixel : pixels)
+      told.variance += square(pixel.error()) * passes / (side * side),
+          told.mean += pixel.value() / (side * side);
     return told;
   }
   [[nodiscard]] const Scene& scene() const { return *scene_; }
@@ -90,13 +97,15 @@ std::vector<float> contributions(const SceneDescription& description, int passes
 }
 
 // Noise with the guide's shares of lights beside that with shares by true contribution, all else the same.
-double noise_beside_the_best(const SceneDescription& description, const std::vector<float>& shares, int passes) {
+double noise_beside_the_best(const SceneDescription& description, const std::vector<float>& shares,
+                             int passes) {
   Passes all(description);
   const Guide guide = all.guide();
   Guide best = guide;
   best.lights = Distribution(shares);
   const auto ours = all.render(guide, passes), theirs = all.render(best, passes);
-  EXPECT_NEAR(ours.mean, theirs.mean, 5 * std::sqrt((ours.variance + theirs.variance) / passes));  // nothing is lost by either
+  // nothing is lost by either
+  EXPECT_NEAR(ours.mean, theirs.mean, 5 * std::sqrt((ours.variance + theirs.variance) / passes));
   return std::sqrt(ours.variance / theirs.variance);
 }
 
@@ -119,14 +128,17 @@ TEST(Emission, NorAmongAThousand) {
   SceneDescription scene = room(0);
   add_point(scene, {0, 0, 1.5}, 40, "Large");
   test::Random random(1);
-  for (int i = 1; i < 1000; ++i) add_point(scene, {random.real(-1.9, 1.9), random.real(-1.9, 1.9), random.real(-1.9, 1.9)}, 0.04f, "Small " + std::to_string(i));
+  for (int i = 1; i < 1000; ++i)
+    add_point(scene, {random.real(-1.9, 1.9), random.real(-1.9, 1.9), random.real(-1.9, 1.9)}, 0.04f,
+              "Small " + std::to_string(i));
   // All in one room of grey walls bring what they send out, within some percent.
   std::vector<float> shares;
   for (const LightDescription& lamp : scene.lights) shares.push_back(lamp.power);
   EXPECT_LT(noise_beside_the_best(scene, shares, 16), 1.5);
 }
 
-// Every light of a closed room, and one that cannot come in, keeps an eighth of what it could have by its flux alone.
+// Every light of a closed room, and one that cannot come in, keeps an eighth of what it could have by its
+// flux alone.
 TEST(Emission, WhatWasNotMetKeepsItsPart) {
   SceneDescription scene = room(1e4);
   add_point(scene, {0, 0, 1.5}, 40, "Lamp");
@@ -137,7 +149,8 @@ TEST(Emission, WhatWasNotMetKeepsItsPart) {
   ASSERT_EQ(guide.unmet.size(), 1u);
   EXPECT_EQ(guide.unmet[0].light, 1);
   EXPECT_FLOAT_EQ(guide.unmet[0].share, guide.lights.pmf(1));
-  // What is seen lies within the room's own sphere, of radius 2 √3: the sun's flux through a smaller one against the lamp's 40 W.
+  // What is seen lies within the room's own sphere, of radius 2 √3: the sun's flux through a smaller one
+  // against the lamp's 40 W.
   const double most = 3 * std::numbers::pi * square(2 * std::sqrt(3.0));
   EXPECT_GT(guide.lights.pmf(1), 0.125 * 0.2);
   EXPECT_LT(guide.lights.pmf(1), 0.125 * most / (most + 40) * 1.05);
@@ -146,11 +159,15 @@ TEST(Emission, WhatWasNotMetKeepsItsPart) {
 TEST(Targets, AreClusteredWhenThereAreMany) {
   test::Random random(3);
   std::vector<Target> spheres;
-  for (int i = 0; i < 500; ++i) spheres.push_back({V3d(random.real(-10, 10), random.real(-10, 10), random.real(0, 1)), static_cast<float>(random.real(0.01, 0.2))});
+  for (int i = 0; i < 500; ++i)
+    spheres.push_back({V3d(random.real(-10, 10), random.real(-10, 10), random.real(0, 1)),
+                       static_cast<float>(random.real(0.01, 0.2))});
   const std::vector<Target> few = clustered(spheres, 32);
   ASSERT_EQ(few.size(), 32u);
   for (const Target& sphere : spheres)
-    EXPECT_TRUE(std::ranges::any_of(few, [&](const Target& t) { return (t.centre - sphere.centre).length() + sphere.radius <= t.radius * 1.00001; }));
+    EXPECT_TRUE(std::ranges::any_of(few, [&](const Target& t) {
+      return (t.centre - sphere.centre).length() + sphere.radius <= t.radius * 1.00001;
+    }));
   double largest = 0;
   for (const Target& t : few) largest = std::max(largest, static_cast<double>(t.radius));
   EXPECT_LT(largest, 5);  // 20 m over √32 squares, their half diagonal, twice that for chance

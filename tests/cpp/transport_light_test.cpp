@@ -13,9 +13,12 @@ namespace {
 SceneDescription two_lamps() {
   SceneDescription scene;
   const int plate = test::add(scene, test::grid());
-  const auto shiny = test::one_node("shiny", "BsdfPrincipled", {test::input("Base Color", 0.6f, 0.5f, 0.4f), test::input("Roughness", 0.4f), test::input("IOR", 1.5f)});
+  const auto shiny = test::one_node("shiny", "BsdfPrincipled",
+                                    {test::input("Base Color", 0.6f, 0.5f, 0.4f),
+                                     test::input("Roughness", 0.4f), test::input("IOR", 1.5f)});
   test::place(scene, plate, test::scaling({4, 4, 1}), test::add(scene, shiny), "Floor");
-  test::place(scene, plate, test::scaling({2, 4, 1}) * test::translation({-2, 0, 2.5}), test::add(scene, test::diffuse(0.2f)), "Wall");
+  test::place(scene, plate, test::scaling({2, 4, 1}) * test::translation({-2, 0, 2.5}),
+              test::add(scene, test::diffuse(0.2f)), "Wall");
   for (const double z : {2.0, 6.0}) {
     LightDescription& lamp = scene.lights.emplace_back();
     lamp.names = {z < 3 ? "Near" : "Far"}, lamp.kind = LightKind::Area, lamp.size_x = lamp.size_y = 0.3f;
@@ -33,12 +36,15 @@ TEST(LightTrust, IsThatOfThePlace) {
   ThreadPool pool(2);
   std::vector<Hit> seen;
   for (int i = 0; i < 4000; ++i)
-    for (const double side : {-1, 1}) seen.push_back({1, V3d(side * (2 + 0.0001 * i), 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0});
-  const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), seen, 10, pool, std::atomic<bool>(false));
-  const LightTrust dark = trust.at_v(V3d(-2.2, 0, 0.01)), lit = trust.at_v(V3d(2.2, 0, 0.01)), elsewhere = trust.at_v(V3d(0, 3, 0.01));
-  EXPECT_NEAR(dark[0] / lit[0], 1, 0.2);        // the near lamp
-  EXPECT_LT(dark[1], 0.25f * lit[1]);           // the far one, behind the wall
-  EXPECT_GT(dark[1], 0.1f * elsewhere[1]);      // may be there though it was not found
+    for (const double side : {-1, 1})
+      seen.push_back({1, V3d(side * (2 + 0.0001 * i), 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0});
+  const auto trust =
+      try_lights(*scene, settings, find_effects(*scene, settings), seen, 10, pool, std::atomic<bool>(false));
+  const LightTrust dark = trust.at_v(V3d(-2.2, 0, 0.01)), lit = trust.at_v(V3d(2.2, 0, 0.01)),
+                   elsewhere = trust.at_v(V3d(0, 3, 0.01));
+  EXPECT_NEAR(dark[0] / lit[0], 1, 0.2);    // the near lamp
+  EXPECT_LT(dark[1], 0.25f * lit[1]);       // the far one, behind the wall
+  EXPECT_GT(dark[1], 0.1f * elsewhere[1]);  // may be there though it was not found
   EXPECT_LT(elsewhere[1], lit[1]);
   EXPECT_GT(elsewhere[1], dark[1]);
 }
@@ -46,7 +52,8 @@ TEST(LightTrust, IsThatOfThePlace) {
 // Passes of a scene whose samples a map places, each on a film of its own.
 class Passes {
  public:
-  Passes(const SceneDescription& description, int count) : scene_(test::compiled(description)), count_(count) {}
+  Passes(const SceneDescription& description, int count)
+      : scene_(test::compiled(description)), count_(count) {}
 
   std::vector<Film> render(const SampleCount& samples) {
     guide_.samples = SampleMap(32, 1, {samples});
@@ -97,7 +104,8 @@ double noise(const std::vector<Film>& films, const char* part) {
   return sum;
 }
 
-// Means and noise of the direct light, seen by lobes and by next-event estimation, for numbers of samples that share an estimate.
+// Means and noise of the direct light, seen by lobes and by next-event estimation, for numbers of samples
+// that share an estimate.
 TEST(LightSamples, KeepTheMeanAndTakeNoise) {
   Passes passes(two_lamps(), 48);
   const auto one = passes.render({});
@@ -106,11 +114,14 @@ TEST(LightSamples, KeepTheMeanAndTakeNoise) {
     const test::Mean a = whole(one, "Direct"), b = whole(many, "Direct");
     EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error())) << int{light_samples};
     EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
-    EXPECT_LT(noise(many, "Direct"), (0.15 + 0.95 / light_samples) * noise(one, "Direct")) << int{light_samples};  // the rest is the lobes'
+    // the rest is the lobes'
+    EXPECT_LT(noise(many, "Direct"), (0.15 + 0.95 / light_samples) * noise(one, "Direct"))
+        << int{light_samples};
   }
 }
 
-// The same of indirect light, for numbers of gather segments that bundles share. (Several kinds in one bundle: oracle/core_render.h.)
+// The same of indirect light, for numbers of gather segments that bundles share. (Several kinds in one
+// bundle: oracle/core_render.h.)
 TEST(GatherSegments, KeepTheMeanAndTakeNoise) {
   Passes passes(two_lamps(), 96);
   const auto by_turns = passes.render({});
@@ -132,24 +143,33 @@ TEST(GatherSegments, KeepTheMeanAndTakeNoise) {
 SceneDescription seen_lamps() {
   SceneDescription scene = two_lamps();
   const int plate = test::add(scene, test::grid());
-  const auto mirror = test::one_node("mirror", "BsdfGlossy", {test::input("Color", 0.9f, 0.8f, 0.7f), test::input("Roughness", 0.0f)});
-  const auto glass = test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0.0f), test::input("IOR", 1.5f)});
-  const auto glowing = test::one_node("glowing", "Emission", {test::input("Color", 1, 0.8f, 0.6f), test::input("Strength", 5.0f)});
-  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({0.3, 0, 0.1}), test::add(scene, mirror), "Mirror");
-  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({-0.6, 0, 0.5}), test::add(scene, glass), "Pane");
-  test::place(scene, plate, test::scaling({0.4, 0.11, 1}) * test::translation({-0.3, 0.2, 0.3}), test::add(scene, glowing), "Lamp");
+  const auto mirror = test::one_node(
+      "mirror", "BsdfGlossy", {test::input("Color", 0.9f, 0.8f, 0.7f), test::input("Roughness", 0.0f)});
+  const auto glass = test::one_node(
+      "glass", "BsdfGlass",
+      {test::input("Color", 1, 1, 1), test::input("Roughness", 0.0f), test::input("IOR", 1.5f)});
+  const auto glowing = test::one_node("glowing", "Emission",
+                                      {test::input("Color", 1, 0.8f, 0.6f), test::input("Strength", 5.0f)});
+  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({0.3, 0, 0.1}),
+              test::add(scene, mirror), "Mirror");
+  test::place(scene, plate, test::scaling({0.3, 2, 1}) * test::translation({-0.6, 0, 0.5}),
+              test::add(scene, glass), "Pane");
+  test::place(scene, plate, test::scaling({0.4, 0.11, 1}) * test::translation({-0.3, 0.2, 0.3}),
+              test::add(scene, glowing), "Lamp");
   return scene;
 }
 
 TEST(EmissionSamples, KeepTheMeanAndTakeNoiseFromEmissionAlone) {
   Passes passes(seen_lamps(), 64);
-  const auto none = passes.render({.samples = 3}), many = passes.render({.samples = 3, .emission_samples = 24});
+  const auto none = passes.render({.samples = 3}),
+             many = passes.render({.samples = 3, .emission_samples = 24});
   const test::Mean a = whole(none, "Emission"), b = whole(many, "Emission");
   EXPECT_NEAR(a.value(), b.value(), 3.5 * std::hypot(a.error(), b.error()));
   EXPECT_LT(b.error() + a.error(), 0.01 * a.value());  // else the line above says nothing
   EXPECT_LT(noise(many, "Emission"), 0.2 * noise(none, "Emission"));
   for (std::size_t pass = 0; pass < many.size(); ++pass)
-    for (const char* part : {"Direct", "Caustics", "Indirect", "Normal", "Albedo", "Depth"}) EXPECT_EQ(many[pass].image(part), none[pass].image(part)) << part;
+    for (const char* part : {"Direct", "Caustics", "Indirect", "Normal", "Albedo", "Depth"})
+      EXPECT_EQ(many[pass].image(part), none[pass].image(part)) << part;
   const std::vector<float> image = many[0].image("Combined");
   for (std::size_t i = 3; i < image.size(); i += 4) EXPECT_EQ(image[i], 1);  // alpha
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The core against the eye path tracer (design §5, oracle b) on small scenes: mirrors, glass and gates in front of the eye, view edits,
-// edits on every segment from light to eye. Lights have extent here, so that chance finds them.
+// The core against the eye path tracer (design §5, oracle b) on small scenes: mirrors, glass and gates in
+// front of the eye, view edits, edits on every segment from light to eye. Lights have extent here, so that
+// chance finds them.
 #include "oracle/compare.h"
 #include "oracle/random_edits.h"
 
@@ -60,7 +61,8 @@ TEST(EyeOracle, quads_in_one_plane) {
     const V3d up(0, -0.3, 1), at(0, 0, 0.4);
     auto& a = s.edit("A", "LD", facing({0.2, -0.2, 1}, {0.25, 0, 0.25}), 0.3);
     s.exit(a, facing(up, at), 0.35).hue_shift = 0.5f;
-    auto& b = s.edit("B", "L.*F'A'", facing(up * arrow, at + up.normalized() * height + V3d(0.1, 0, 0), 1, 1, 0.3), 0.35);
+    auto& b = s.edit("B", "L.*F'A'",
+                     facing(up * arrow, at + up.normalized() * height + V3d(0.1, 0, 0), 1, 1, 0.3), 0.35);
     s.exit(b, facing({0, -0.2, 1}, {-0.25, 0, 0.3}), 0.3).intensity = 0.6f;
     auto& c = s.edit("C", "LDF'A'|LDF'A'F'B'|LD", facing(up, at - V3d(0.1, 0, 0), 1, 1, 1), 0.3);
     s.exit(c, facing(up, at + V3d(0.05, 0, 0), 0.7, 0.7), 0.3).hue_shift = 2;
@@ -78,7 +80,8 @@ TEST(EyeOracle, quads_in_one_plane) {
 TEST(EyeOracle, gates_used_once_and_capped) {
   Stage s = under_ceiling();
   auto& e = s.edit("Ring", "L.*", facing({0, -0.4, 1}, {0.1, 0, 0.3}), 0.4);
-  s.exit(e, facing({0, -0.4, 1}, {0, 0, 0.6}), 0.4).intensity = 0.8f;  // above its own entry, seen by eye and light
+  // above its own entry, seen by eye and light
+  s.exit(e, facing({0, -0.4, 1}, {0, 0, 0.6}), 0.4).intensity = 0.8f;
   auto& f = s.edit("Other", "LD|L.*F", facing({0, -0.4, 1}, {-0.1, 0, 0.5}), 0.4);
   s.exit(f, facing({0, -0.3, 1}, {0.2, 0, 0.2}), 0.4).hue_shift = 1;
   compare("once per path", s, Which::Eye, everything);
@@ -146,8 +149,8 @@ TEST(EyeOracle, mixed_and_rough_surfaces) {
   compare("a rough followed lobe", s, Which::Eye, everything);
 }
 
-// What a bundle shares must not depend on how its finder sees it. Straight light alone: materials that see the direction are not the same
-// to photons and to the eye.
+// What a bundle shares must not depend on how its finder sees it. Straight light alone: materials that see
+// the direction are not the same to photons and to the eye.
 TEST(EyeOracle, far_ends_that_look_different_from_different_sides) {
   Stage s = under_ceiling(false);
   s.settings.max_depth = 2;
@@ -156,14 +159,17 @@ TEST(EyeOracle, far_ends_that_look_different_from_different_sides) {
     s.scene.materials.back() = screen;
     compare(name, s, Which::Eye, everything, {.passes = 30, .side = 1});
   };
-  look("a screen that is glossy at grazing angles", faced(painted({0.1f, 0.2f, 0.3f}), glossy({0.9f, 0.9f, 0.9f}, 0.5f), 0.4f));
-  look("a screen that lets light through where seen head-on", faced(translucent({0.9f, 0.5f, 0.3f}), painted({0.3f, 0.8f, 0.3f}), 0.4f));
+  look("a screen that is glossy at grazing angles",
+       faced(painted({0.1f, 0.2f, 0.3f}), glossy({0.9f, 0.9f, 0.9f}, 0.5f), 0.4f));
+  look("a screen that lets light through where seen head-on",
+       faced(translucent({0.9f, 0.5f, 0.3f}), painted({0.3f, 0.8f, 0.3f}), 0.4f));
   look("a glossy screen", glossy({0.9f, 0.8f, 0.7f}, 0.35f));
 }
 
 TEST(EyeOracle, leaf_before_the_eye) {
   Stage s = under_ceiling();
-  s.plate("Leaf", facing({0, -0.4, 1}, {0.1, -0.1, 0.5}, 0.35, 0.35, 0.3), mixed(painted({0.2f, 0.7f, 0.2f}), test::see_through({0.6f, 1, 0.5f}), 0.6f));
+  s.plate("Leaf", facing({0, -0.4, 1}, {0.1, -0.1, 0.5}, 0.35, 0.35, 0.3),
+          mixed(painted({0.2f, 0.7f, 0.2f}), test::see_through({0.6f, 1, 0.5f}), 0.6f));
   auto& e = s.edit("In", "LD'Floor'|L", facing({0, -0.4, 1}, {0.2, -0.1, 0.3}), 0.35);
   s.exit(e, facing({0, -0.5, 1}, {-0.1, -0.2, 0.7}), 0.3).hue_shift = 1;
   s.scene.edits[0].exits[0].tint = {0.3f, 0.4f, 0.8f};
@@ -197,8 +203,8 @@ TEST(EyeOracle, view_edits) {
   compare("view edits in a chain", s, Which::Eye, everything);
 }
 
-// Next-event estimation sees a lamp past a view edit that takes the path on to it: then the lamp's reflection is not there. The lamp is
-// about as wide as the lobe, so that both ways of MIS have much of the light.
+// Next-event estimation sees a lamp past a view edit that takes the path on to it: then the lamp's reflection
+// is not there. The lamp is about as wide as the lobe, so that both ways of MIS have much of the light.
 TEST(EyeOracle, view_edits_between_rough_followed_lobes_and_a_lamp) {
   Stage s(false);
   s.scene.specular_threshold = 0.35f;
@@ -224,7 +230,8 @@ TEST(EyeOracle, view_and_light_edits_together) {
   s.scene.edits[0].exits[0].tint = {0.9f, 0.5f, 0.4f};
   auto& l = s.edit("Light", "L.*", facing({0, -0.5, 1}, {-0.1, -0.1, 0.3}), 0.35);
   s.exit(l, facing({0, -0.5, 1}, {0.1, 0, 0.5}), 0.35).intensity = 0.8f;
-  auto& m = s.edit("After", "L.*F'View'|LD", facing({0, -0.6, 1}, {0, -0.5, 0.8}), 0.3);  // light that view edit sends to the eye
+  // light that view edit sends to the eye
+  auto& m = s.edit("After", "L.*F'View'|LD", facing({0, -0.6, 1}, {0, -0.5, 0.8}), 0.3);
   s.exit(m, facing({0, -0.6, 1}, {0.1, -0.5, 0.85}), 0.3).hue_shift = -1;
   compare("view and light edits", s, Which::Eye, everything);
 }
@@ -257,9 +264,16 @@ TEST(EyeOracle, many_exits) {
   Stage s = under_ceiling();
   auto& e = s.edit("In", "L.*", facing({0, -0.2, 1}, {0.1, 0, 0.5}, 1, 1, 0.3), 0.4);
   e.repeat = true;
-  for (int i = 0; i < 7; ++i) s.exit(e, facing({0.3 * std::sin(i), 0.3 * std::cos(i), 1}, {0.3 * std::sin(i), 0.3 * std::cos(i), 0.1 + 0.1 * i}), 0.25).intensity = 0.4f;
+  for (int i = 0; i < 7; ++i)
+    s.exit(e,
+           facing({0.3 * std::sin(i), 0.3 * std::cos(i), 1},
+                  {0.3 * std::sin(i), 0.3 * std::cos(i), 0.1 + 0.1 * i}),
+           0.25)
+        .intensity = 0.4f;
   auto& v = s.edit("View", "E|FE", facing({0, -0.6, 1}, {0, -0.5, 0.8}), 0.3);
-  for (int i = 0; i < 5; ++i) s.exit(v, facing({0.1 * std::sin(i), -0.6, 1}, {0.1 * std::sin(i), -0.4, 0.75 + 0.01 * i}), 0.25).intensity = 0.3f;
+  for (int i = 0; i < 5; ++i)
+    s.exit(v, facing({0.1 * std::sin(i), -0.6, 1}, {0.1 * std::sin(i), -0.4, 0.75 + 0.01 * i}), 0.25)
+        .intensity = 0.3f;
   compare("many exits", s, Which::Eye, everything);
 }
 
@@ -267,8 +281,11 @@ TEST(EyeOracle, three_edits_two_gates) {
   Stage s = with_mirror();
   s.scene.max_gates = 2;
   for (int i = 0; i < 3; ++i) {
-    auto& e = s.edit("Edit" + std::to_string(i), i == 1 ? "L.*D" : "L.*", facing({0.2 * (i - 1), -0.5, 1}, {0.2 * (i - 1), -0.1 * i, 0.3 + 0.2 * i}, 1, 1, 0.3), 0.35);
-    s.exit(e, facing({0, -0.5, 1}, {0.15 * (1 - i), -0.1 * i, 0.4 + 0.2 * ((i + 1) % 3)}), 0.35).hue_shift = static_cast<float>(i);
+    auto& e =
+        s.edit("Edit" + std::to_string(i), i == 1 ? "L.*D" : "L.*",
+               facing({0.2 * (i - 1), -0.5, 1}, {0.2 * (i - 1), -0.1 * i, 0.3 + 0.2 * i}, 1, 1, 0.3), 0.35);
+    s.exit(e, facing({0, -0.5, 1}, {0.15 * (1 - i), -0.1 * i, 0.4 + 0.2 * ((i + 1) % 3)}), 0.35).hue_shift =
+        static_cast<float>(i);
   }
   compare("three edits, two gates", s, Which::Eye, everything);
 }
@@ -277,7 +294,8 @@ TEST(EyeOracle, round_lamps_and_a_sun) {
   Stage s;
   s.lamp("Sun", LightKind::Sun, facing({-0.4, -0.2, 1}, {0, 0, 3}), 0.8f).angle = 0.8f;
   s.lamp("Bulb", LightKind::Point, facing({0, 0, 1}, {-0.3, 0.2, 1}), 20, {0.4f, 0.6f, 1}).radius = 0.4f;
-  LightDescription& spot = s.lamp("Spot", LightKind::Spot, facing({0.3, 0, 1}, {0.6, 0, 1.4}), 60, {1, 0.6f, 0.3f});
+  LightDescription& spot =
+      s.lamp("Spot", LightKind::Spot, facing({0.3, 0, 1}, {0.6, 0, 1.4}), 60, {1, 0.6f, 0.3f});
   spot.spot_angle = 1.8f, spot.radius = 0.3f;
   s.plate("Mirror", facing({0, -0.2, 1}, {0, 0.1, 0.15}, 0.45, 0.35), mirror({0.9f, 0.85f, 0.8f}));
   s.world({0.1f, 0.1f, 0.15f});
@@ -315,7 +333,9 @@ TEST(EyeOracle, each_effect_alone) {
     alone.use_direct = only == Part::Direct, alone.use_caustics = only == Part::Caustics;
     alone.use_edited = only == Part::Edited, alone.use_indirect = only == Part::Indirect;
     Counts counts;
-    const std::vector<Regions> core = render_core(*scene, alone, {.seeds = effort.seeds, .passes = effort.passes, .first_seed = 815}, effort.side, pool(), counts);
+    const std::vector<Regions> core =
+        render_core(*scene, alone, {.seeds = effort.seeds, .passes = effort.passes, .first_seed = 815},
+                    effort.side, pool(), counts);
     std::cout << report_line("alone " + std::to_string(static_cast<int>(only)), core, oracle, {only});
     for (const Part part : everything) {
       if (part == only || part == Part::Emission)
@@ -334,8 +354,11 @@ TEST(EyeOracle, layers) {
   s.exit(e, facing({0, -0.6, 1}, {0, -0.1, 0.45}), 0.3).hue_shift = 1;
   auto& v = s.edit("View", "SE|E", facing({0, -0.6, 1}, {0.1, -0.3, 0.6}), 0.3);
   s.exit(v, facing({0, -0.6, 1}, {-0.1, -0.2, 0.55}), 0.3).intensity = 0.8f;
-  s.scene.layers = {{"straight", "L D'Floor' [SF]* E"}, {"lamp, moved", "L'Lamp'.*F'In'.*E"}, {"gloss of the wall", "L.*G'Wall'.*E"},
-                    {"by two bounces", "L'World'F*(!FF*){2}E"}, {"view of light sources", "L S*F'View'S*E"}};
+  s.scene.layers = {{"straight", "L D'Floor' [SF]* E"},
+                    {"lamp, moved", "L'Lamp'.*F'In'.*E"},
+                    {"gloss of the wall", "L.*G'Wall'.*E"},
+                    {"by two bounces", "L'World'F*(!FF*){2}E"},
+                    {"view of light sources", "L S*F'View'S*E"}};
   compare("layers", s, Which::Eye, everything, {.passes = 15});
 }
 
@@ -345,7 +368,9 @@ TEST(EyeOracle, random_edits_everywhere) {
     Stage s = seed % 2 ? under_ceiling() : with_mirror();
     s.scene.max_gates = 2;
     EditMaker maker(static_cast<std::uint64_t>(seed));
-    for (int i = 0; i < 4; ++i) maker.add(s, {.expressions = {"L", "L.*", "LD", "LD*", "L.*D'Wall'", "LF+D?", "L'World'.*", "L.*S", "L(!F)*", "L.*F.*"}});
+    for (int i = 0; i < 4; ++i)
+      maker.add(s, {.expressions = {"L", "L.*", "LD", "LD*", "L.*D'Wall'", "LF+D?", "L'World'.*", "L.*S",
+                                    "L(!F)*", "L.*F.*"}});
     if (seed % 3 == 0) maker.add(s, {.expressions = {"E", "S*E", "SE", "F*SF*E"}});
     maker.shuffle_orders(s);
     compare("random edits " + std::to_string(seed), s, Which::Eye, everything);

@@ -19,7 +19,8 @@ void expect_net(const std::vector<V2f>& points, int base) {
     std::set<int> boxes;
     for (const V2f& u : points) {
       ASSERT_TRUE(u.x >= 0 && u.x < 1 && u.y >= 0 && u.y < 1);
-      boxes.insert(static_cast<int>(u.x * static_cast<float>(columns)) * 64 + static_cast<int>(u.y * 64 / static_cast<float>(columns)));
+      boxes.insert(static_cast<int>(u.x * static_cast<float>(columns)) * 64 +
+                   static_cast<int>(u.y * 64 / static_cast<float>(columns)));
     }
     EXPECT_EQ(boxes.size(), 64u) << columns << " columns";
   }
@@ -57,7 +58,9 @@ TEST(Sampler, StreamsConvergeFasterThanChance) {
   for (int t = 0; t < trials; ++t) {
     double sum = 0;
     for (std::uint32_t pass = 0; pass < passes; ++pass) {
-      const V2f u = Sampler(key_of(9, Purpose::View, static_cast<std::uint64_t>(t)), pass / stream_count, pass % stream_count).pair(2);
+      const V2f u = Sampler(key_of(9, Purpose::View, static_cast<std::uint64_t>(t)), pass / stream_count,
+                            pass % stream_count)
+                        .pair(2);
       sum += u.x * u.y;
     }
     squares += square(sum / passes - 0.25);
@@ -77,7 +80,8 @@ std::vector<PixelSample> samples_of(const Film& film, int tile, int pass) {
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
       PixelSample sample;
-      sample.parts[static_cast<std::size_t>((x + y + pass) % part_count)] = Color(static_cast<float>(x) / 3, static_cast<float>(y) / 7, 1.0f / static_cast<float>(pass + 1));
+      sample.parts[static_cast<std::size_t>((x + y + pass) % part_count)] =
+          Color(static_cast<float>(x) / 3, static_cast<float>(y) / 7, 1.0f / static_cast<float>(pass + 1));
       sample.alpha = 1, sample.depth = 2;
       samples.push_back(sample);
     }
@@ -137,11 +141,13 @@ TEST(Film, RelativeErrorIsThatOfTheNoise) {
     }
   const double expected = 0.5 / std::sqrt(passes) / std::sqrt(1.01);
   worst = std::abs(film.relative_error() / expected - 1);
-  EXPECT_LT(worst, 4 * std::sqrt(2.0 / 3) / side / 2) << "four standard errors of a variance from 4 streams over 64² pixels";
+  EXPECT_LT(worst, 4 * std::sqrt(2.0 / 3) / side / 2)
+      << "four standard errors of a variance from 4 streams over 64² pixels";
 }
 
 TEST(Ledger, ATermThatIsNoNumberIsTheWorstOfErrors) {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
   EXPECT_DOUBLE_EQ((Ledger{.emitted = 2, .absorbed = 1}).relative_residual(), 0.5);
   EXPECT_EQ((Ledger{.emitted = 2, .absorbed = nan}).relative_residual(), infinity);
   EXPECT_EQ((Ledger{.emitted = nan}).relative_residual(), infinity);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A pass is a pure function of its index: the same bits alone or after others, for any number of threads; and its ledger closes.
+// A pass is a pure function of its index: the same bits alone or after others, for any number of threads; and
+// its ledger closes.
 #include "edit_scene.h"
 #include "scene_fixtures.h"
 #include "transport/light_trust.h"
@@ -13,9 +14,13 @@ namespace {
 // A lamp over a floor with a glass ball, and an edit that moves its caustic.
 SceneDescription small_world(const std::string& expression = "LS+") {
   SceneDescription scene;
-  test::place(scene, test::add(scene, test::grid(2)), test::scaling({3, 3, 1}), test::add(scene, test::diffuse(0.7f)), "Floor");
-  auto glass = test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)});
-  test::place(scene, test::add(scene, test::sphere(24)), test::translation({0, 0, 1.2}), test::add(scene, glass), "Ball");
+  test::place(scene, test::add(scene, test::grid(2)), test::scaling({3, 3, 1}),
+              test::add(scene, test::diffuse(0.7f)), "Floor");
+  auto glass =
+      test::one_node("glass", "BsdfGlass",
+                     {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)});
+  test::place(scene, test::add(scene, test::sphere(24)), test::translation({0, 0, 1.2}),
+              test::add(scene, glass), "Ball");
   LightDescription lamp;
   lamp.names = {"Lamp"};
   lamp.matrix = test::translation({1, 0.5, 4});
@@ -33,8 +38,12 @@ SceneDescription small_world(const std::string& expression = "LS+") {
 
 struct Renderer {
   explicit Renderer(const Scene& the_scene, int threads)
-      : scene(the_scene), effects(find_effects(scene, settings)), pool(threads), guide(make_guide(scene, settings, effects, pool, cancel)),
-        photon_pass(scene, settings, effects, threads), view_pass(scene, settings, effects, threads) {}
+      : scene(the_scene),
+        effects(find_effects(scene, settings)),
+        pool(threads),
+        guide(make_guide(scene, settings, effects, pool, cancel)),
+        photon_pass(scene, settings, effects, threads),
+        view_pass(scene, settings, effects, threads) {}
 
   // The hash of that pass's own film.
   std::uint64_t pass_hash(int pass) {
@@ -77,7 +86,8 @@ TEST(Pass, IsAPureFunctionOfItsIndex) {
   std::vector<std::uint64_t> hashes;
   for (int pass = 0; pass < 6; ++pass) hashes.push_back(in_order.pass_hash(pass));
   EXPECT_EQ(alone.pass_hash(4), hashes[4]);
-  for (int pass = 6; pass-- > 0;) EXPECT_EQ(backward.pass_hash(pass), hashes[static_cast<std::size_t>(pass)]) << pass;
+  for (int pass = 6; pass-- > 0;)
+    EXPECT_EQ(backward.pass_hash(pass), hashes[static_cast<std::size_t>(pass)]) << pass;
   EXPECT_EQ(in_order.guide.hash(), backward.guide.hash());
   EXPECT_NE(hashes[0], hashes[1]);
 }
@@ -94,11 +104,15 @@ TEST(Pass, LedgerCloses) {
   }
 }
 
-// A pane between a floor and a ceiling: what one path brings through it and back from it differs by Fresnel's factor, not by chance.
+// A pane between a floor and a ceiling: what one path brings through it and back from it differs by Fresnel's
+// factor, not by chance.
 TEST(LightPath, BothWaysAtTheFirstGlassAreFollowed) {
   SceneDescription description;
   const int sheet = test::add(description, test::grid(1)), grey = test::add(description, test::diffuse(0.5f));
-  const int glass = test::add(description, test::one_node("glass", "BsdfGlass", {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)}));
+  const int glass = test::add(
+      description,
+      test::one_node("glass", "BsdfGlass",
+                     {test::input("Color", 1, 1, 1), test::input("Roughness", 0), test::input("IOR", 1.5f)}));
   test::place(description, sheet, test::scaling({9, 9, 1}), grey, "Floor");
   test::place(description, sheet, test::scaling({9, 9, 1}) * test::translation({0, 0, 3}), grey, "Ceiling");
   test::place(description, sheet, test::scaling({1, 1, 1}) * test::translation({0, 0, 1}), glass, "Pane");
@@ -111,25 +125,32 @@ TEST(LightPath, BothWaysAtTheFirstGlassAreFollowed) {
   for (std::uint32_t path = 0; path < 2000; ++path) {
     auto [emitted, photons] = renderer.light_path(path);
     ASSERT_TRUE(emitted);
-    std::erase_if(photons, [](const Photon& photon) { return photon.arrival != Arrival::Caustic || photon.depth != 1; });
+    std::erase_if(photons, [](const Photon& photon) {
+      return photon.arrival != Arrival::Caustic || photon.depth != 1;
+    });
     if (photons.empty()) continue;
     ++met;
     ASSERT_EQ(photons.size(), 2u);
     const bool first_is_above = photons[0].position.z > photons[1].position.z;
     const Photon &above = photons[first_is_above ? 0 : 1], &below = photons[first_is_above ? 1 : 0];
     EXPECT_GT(above.position.z - below.position.z, 2.9f);
-    const double cosine = std::abs(unpack_direction(above.wi).z), inside = std::sqrt(1 - (1 - cosine * cosine) / square(1.5));
-    const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside), p = (1.5 * cosine - inside) / (1.5 * cosine + inside), fresnel = (s * s + p * p) / 2;
+    const double cosine = std::abs(unpack_direction(above.wi).z),
+                 inside = std::sqrt(1 - (1 - cosine * cosine) / square(1.5));
+    const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside),
+                 p = (1.5 * cosine - inside) / (1.5 * cosine + inside), fresnel = (s * s + p * p) / 2;
     EXPECT_NEAR(above.flux().x / (above.flux().x + below.flux().x), fresnel, 2e-4 + 1e-3 * fresnel);
   }
   EXPECT_GT(met, 200);
 }
 
-// What roulette leaves of light in a deeply coloured room is not brighter than what the lamp sent: else single photons show.
+// What roulette leaves of light in a deeply coloured room is not brighter than what the lamp sent: else
+// single photons show.
 TEST(LightPath, RouletteGainsInNoChannel) {
   SceneDescription description;
-  const auto red = test::one_node("red", "BsdfDiffuse", {test::input("Color", 0.9f, 0.05f, 0.05f), test::input("Roughness", 0)});
-  test::place(description, test::add(description, test::sphere(12)), test::scaling({2, 2, 2}), test::add(description, red), "Room");
+  const auto red = test::one_node("red", "BsdfDiffuse",
+                                  {test::input("Color", 0.9f, 0.05f, 0.05f), test::input("Roughness", 0)});
+  test::place(description, test::add(description, test::sphere(12)), test::scaling({2, 2, 2}),
+              test::add(description, red), "Room");
   description.lights.emplace_back();
   const auto scene = test::compiled(description);
   Renderer renderer(*scene, 1);
@@ -145,7 +166,8 @@ TEST(LightPath, RouletteGainsInNoChannel) {
   EXPECT_GT(deep, 100);
 }
 
-// A floor and a ceiling that multiply light by 1e20 soon make it infinite: it ends there, and the ledger still closes.
+// A floor and a ceiling that multiply light by 1e20 soon make it infinite: it ends there, and the ledger
+// still closes.
 TEST(Pass, LightThatNoNumberHoldsIsBookedAsCapped) {
   SceneDescription description = small_world();
   description.edits.clear();
@@ -169,7 +191,8 @@ TEST(Pass, TheChoiceOfAnExitIsBookedAsSampling) {
   edit.exits.clear();
   double intensities = 0;
   for (int i = 0; i < split_budget + 4; ++i) {
-    edit.exits.push_back({.quad = quad(numbered("Exit ", i), at({1.8, 0, 0}), 1 + i, 0.9), .intensity = i == 3 ? 5.0f : 0.01f});
+    edit.exits.push_back({.quad = quad(numbered("Exit ", i), at({1.8, 0, 0}), 1 + i, 0.9),
+                          .intensity = i == 3 ? 5.0f : 0.01f});
     intensities += static_cast<double>(edit.exits.back().intensity);
   }
   const auto scene = test::compiled(description);
@@ -179,7 +202,8 @@ TEST(Pass, TheChoiceOfAnExitIsBookedAsSampling) {
   const EditCounts& count = renderer.counts.edits[0];
   EXPECT_GT(renderer.counts.split_capped, 100u);
   EXPECT_NEAR(ledger.removed - ledger.added, count.energy_in * (1 - intensities), 1e-5 * count.energy_in);
-  EXPECT_GT(std::abs(count.energy_out - count.energy_in * intensities), 1e-3 * count.energy_in);  // this pass had luck, good or bad
+  // this pass had luck, good or bad
+  EXPECT_GT(std::abs(count.energy_out - count.energy_in * intensities), 1e-3 * count.energy_in);
   EXPECT_LT(ledger.relative_residual(), 1e-6);
 }
 
@@ -188,7 +212,8 @@ TEST(Pass, CopiesThatGrazeTheirExitAreBookedAsCapped) {
   SceneDescription description = small_world("L");
   description.instances.pop_back();
   description.lights[0] = {};
-  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun;
+  description.lights[0].power = 2;
   description.images.push_back(make_image("Grazing", 1, 1, {1, 0.5f, 0.50025f, 1}, ColorSpace::NonColor));
   description.edits[0].exits[0].normal_map = 0;
   const auto scene = test::compiled(description);
@@ -218,7 +243,8 @@ TEST(Pass, EmitsTheLampsWatts) {
 }
 
 TEST(Pass, AnEditThatMatchesNothingChangesNoBit) {
-  SceneDescription plain = small_world(), unmatched = small_world("LSSSSSSSSSD'Nobody'S+"), disabled = small_world();
+  SceneDescription plain = small_world(), unmatched = small_world("LSSSSSSSSSD'Nobody'S+"),
+                   disabled = small_world();
   plain.edits.clear();
   disabled.edits[0].enabled = false;
   const auto a = test::compiled(plain), b = test::compiled(unmatched), c = test::compiled(disabled);
@@ -230,7 +256,8 @@ TEST(Pass, AnEditThatMatchesNothingChangesNoBit) {
   }
 }
 
-// A sun's photons start just outside the surfaces; an entry that hovers far above them still gets all of its light.
+// A sun's photons start just outside the surfaces; an entry that hovers far above them still gets all of its
+// light.
 TEST(Pass, SunsReachEntriesOutsideTheScene) {
   for (const double height : {1.0, 4.0, 60.0}) {
     SceneDescription description = small_world("L");
@@ -254,12 +281,14 @@ TEST(Pass, SunsReachEntriesOutsideTheScene) {
   }
 }
 
-// Nobody sees the light that it sends away, and the pilot need not find it: the chance that it has later is never 0.
+// Nobody sees the light that it sends away, and the pilot need not find it: the chance that it has later is
+// never 0.
 TEST(Pass, EntriesOutsideTheSceneAreNeverForgotten) {
   SceneDescription description = small_world("L");
   description.instances.pop_back();
   description.lights[0] = {};
-  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun;
+  description.lights[0].power = 2;
   description.edits[0].entry = quad("Entry", at({9, 0.2, 1}), 0, 0.5);
   description.edits[0].exits[0].quad.matrix = at({0, 0, -3});
   const auto scene = test::compiled(description);
@@ -274,13 +303,16 @@ TEST(Pass, EntriesOutsideTheSceneAreNeverForgotten) {
   EXPECT_LT(energy.error(), 0.05);
 }
 
-// Bit for bit the picture of no edit: within the surfaces' sphere always, outside of it where its expression asks for more than L.
+// Bit for bit the picture of no edit: within the surfaces' sphere always, outside of it where its expression
+// asks for more than L.
 TEST(Pass, EntriesThatTakeNoLightFromInfinityGetNoTarget) {
   SceneDescription description = small_world();
   description.lights[0] = {};
-  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun, description.lights[0].power = 2;
+  description.lights[0].names = {"Sun"}, description.lights[0].kind = LightKind::Sun;
+  description.lights[0].power = 2;
   const auto guide = [&](const V3d& place, const std::string& expression) {
-    description.edits[0].entry = quad("Entry", at(place), 0, 0.5), description.edits[0].expression = expression;
+    description.edits[0].entry = quad("Entry", at(place), 0, 0.5);
+    description.edits[0].expression = expression;
     const auto scene = test::compiled(description);
     return Renderer(*scene, 1).guide.hash();
   };
@@ -303,14 +335,18 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     const auto scene = test::compiled(description);
     const TransportSettings settings;
     const Hit floor{1, V3d(0, 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
-    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings), std::vector<Hit>(64, floor), 10, pool, std::atomic<bool>(false));
+    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings),
+                                  std::vector<Hit>(64, floor), 10, pool, std::atomic<bool>(false));
     EXPECT_NEAR(trust.at_v(floor.position)[0], 1, 0.2);
-    if (casts_shadow) EXPECT_LT(trust.at_v(floor.position)[1], 0.1);
-    else EXPECT_NEAR(trust.at_v(floor.position)[1], 1, 0.2);
+    if (casts_shadow)
+      EXPECT_LT(trust.at_v(floor.position)[1], 0.1);
+    else
+      EXPECT_NEAR(trust.at_v(floor.position)[1], 1, 0.2);
   }
 }
 
-// A pixel that shows another place through a view edit is not empty: alpha, depth and albedo are that place's.
+// A pixel that shows another place through a view edit is not empty: alpha, depth and albedo are that
+// place's.
 TEST(Pass, ViewEditsKeepAlphaAndDepth) {
   SceneDescription description = small_world();
   description.instances.pop_back();
@@ -323,8 +359,10 @@ TEST(Pass, ViewEditsKeepAlphaAndDepth) {
   renderer.settings.transparent_film = true;
   Film film(48, 40);
   const PassContext context{*scene, renderer.settings, renderer.effects, renderer.guide, 0};
-  ASSERT_TRUE(renderer.photon_pass.run(context, renderer.pool, renderer.cancel, renderer.photons, renderer.counts));
-  ASSERT_TRUE(renderer.view_pass.run(context, renderer.photons, renderer.pool, renderer.cancel, film, renderer.lock, renderer.counts));
+  ASSERT_TRUE(
+      renderer.photon_pass.run(context, renderer.pool, renderer.cancel, renderer.photons, renderer.counts));
+  ASSERT_TRUE(renderer.view_pass.run(context, renderer.photons, renderer.pool, renderer.cancel, film,
+                                     renderer.lock, renderer.counts));
   const std::size_t middle = 20 * 48 + 24;
   EXPECT_EQ(film.image("Combined")[4 * middle + 3], 1.0f);
   EXPECT_LT(film.image("Depth")[middle], 20.0f);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Oracle (a) of design §5: light paths from the lights' own distributions, taken by entries as they meet them; every vertex with a D or
-// G lobe is connected to the pinhole camera. Knows §4 of the paper and nothing of photon maps, C or view paths. For images in which no
-// followed lobe is next to the eye and no light reaches the eye straight from an exit (that has measure zero here).
+// Oracle (a) of design §5: light paths from the lights' own distributions, taken by entries as they meet
+// them; every vertex with a D or G lobe is connected to the pinhole camera. Knows §4 of the paper and nothing
+// of photon maps, C or view paths. For images in which no followed lobe is next to the eye and no light
+// reaches the eye straight from an exit (that has measure zero here).
 #pragma once
 #include "oracle/rules.h"
 #include "shading/material.h"
@@ -17,7 +18,8 @@ class ForwardTracer {
   [[nodiscard]] Regions render(int side, int paths, std::uint64_t seed) {
     Regions out(side);
     random_ = Random(seed), out_ = &out;
-    per_path_ = static_cast<double>(side) * side / (static_cast<double>(paths) * scene_.frame().width * scene_.frame().height);
+    per_path_ = static_cast<double>(side) * side /
+                (static_cast<double>(paths) * scene_.frame().width * scene_.frame().height);
     for (int i = 0; i < paths; ++i) emit();
     return out;
   }
@@ -44,15 +46,18 @@ class ForwardTracer {
       const V2f d = sample_disk(random_.pair());
       const Frame frame(way->direction);
       path.direction = way->direction, path.clearance = V3f(0);
-      path.origin = scene_.bounds().middle() + V3d(frame.t * d.x + frame.b * d.y - way->direction * 2.0f) * radius;
-      path.flux = V3d(eval_infinite_emission(scene_, light, way->direction)) * (std::numbers::pi * radius * radius / way->pdf);
+      path.origin =
+          scene_.bounds().middle() + V3d(frame.t * d.x + frame.b * d.y - way->direction * 2.0f) * radius;
+      path.flux = V3d(eval_infinite_emission(scene_, light, way->direction)) *
+                  (std::numbers::pi * radius * radius / way->pdf);
     } else {
       const auto point = sample_position(scene_, light, random_.unit(), random_.pair());
       if (!point) return;
       const auto way = sample_direction(scene_, light, *point, random_.unit(), random_.pair());
       if (!way) return;
       path.origin = point->position, path.direction = way->direction, path.clearance = point->clearance;
-      path.flux = V3d(eval_emission(scene_, light, *point, way->direction)) / (static_cast<double>(point->pdf_area) * way->pdf);
+      path.flux = V3d(eval_emission(scene_, light, *point, way->direction)) /
+                  (static_cast<double>(point->pdf_area) * way->pdf);
     }
     path.flux *= lights;
     path.history.word = rules_.words.event(Event::L, scene_.light_entity(light));
@@ -63,7 +68,8 @@ class ForwardTracer {
     for (;;) {
       const int skipped = path.edit >= 0 ? rules_.gates.gate(path.edit, path.exit).plane : -1;
       if (path.edit >= 0)
-        if (const auto taken = rules_.capture_at(path.history, path.edit, path.exit, path.origin)) return enter(path, *taken);
+        if (const auto taken = rules_.capture_at(path.history, path.edit, path.exit, path.origin))
+          return enter(path, *taken);
       path.edit = -1;
       if (!travel(path, skipped)) return;
     }
@@ -72,9 +78,12 @@ class ForwardTracer {
   // On to the next scattering. False: the path is over or went through a gate.
   bool travel(Light& path, int skipped_plane) {
     for (;;) {
-      const auto hit = scene_.intersect({path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance, false});
+      const auto hit = scene_.intersect(
+          {path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance, false});
       const double t_end = hit ? hit->t : std::numeric_limits<double>::infinity();
-      if (const auto taken = rules_.capture_on(path.history, path.origin, V3d(path.direction), t_end, skipped_plane)) return enter(path, *taken), false;
+      if (const auto taken =
+              rules_.capture_on(path.history, path.origin, V3d(path.direction), t_end, skipped_plane))
+        return enter(path, *taken), false;
       if (!hit) return false;
       SurfacePoint point;
       Bsdf bsdf;
@@ -123,7 +132,8 @@ class ForwardTracer {
     if (path.scatterings + 1 >= settings_.max_depth) return false;  // its next vertex would be one too many
     const auto sample = sluice::sample(bsdf, point.wo, random_.unit(), random_.pair(), any_lobe);
     if (!sample) return false;
-    path.flux *= V3d(sample->weight) * static_cast<double>(adjoint_factor(bsdf, sample->lobe, point.wo, sample->wi));
+    path.flux *=
+        V3d(sample->weight) * static_cast<double>(adjoint_factor(bsdf, sample->lobe, point.wo, sample->wi));
     path.direction = sample->wi;
     path.history.word += rules_.words.event(sample->event, entity_);
     path.last = sample->event;
@@ -151,11 +161,13 @@ class ForwardTracer {
       history.word += rules_.words.event(e, entity_);
       const V3d arriving = straight(history, hit, V3d(wo), distance);
       const double density = pixels_per_area(hit, *pixel) / std::abs(static_cast<double>(wi.dot(bsdf.ng)));
-      out_->at(pixel->x, pixel->y, frame, part_of(path.last)) += path.flux * V3d(f) * arriving * (density * per_path_);
+      out_->at(pixel->x, pixel->y, frame, part_of(path.last)) +=
+          path.flux * V3d(f) * arriving * (density * per_path_);
     }
   }
 
-  // What of light that leaves the hit towards the eye gets there: not what entries take, unless they let some of it straight on.
+  // What of light that leaves the hit towards the eye gets there: not what entries take, unless they let some
+  // of it straight on.
   V3d straight(History history, const Hit& from, const V3d& d, double distance) {
     V3d left(1), origin = from.position;
     V3f clearance = from.clearance;
@@ -171,7 +183,8 @@ class ForwardTracer {
     }
     origin = from.position;
     for (int skipped = -1;;) {
-      const auto taken = rules_.capture_on(history, origin, d, (scene_.camera().position() - origin).length(), skipped);
+      const auto taken =
+          rules_.capture_on(history, origin, d, (scene_.camera().position() - origin).length(), skipped);
       if (!taken) return left;
       for (auto next = taken; next; next = rules_.capture_at(history, next->gate->edit, -1, origin)) {
         if (rules_.at_cap(history)) return V3d(0);
@@ -186,7 +199,8 @@ class ForwardTracer {
   [[nodiscard]] double pixels_per_area(const Hit& hit, const V2d& pixel) const {
     const Frame frame(hit.ng);
     const double h = 1e-5 * (scene_.camera().position() - hit.position).length();
-    const V2d a = (*scene_.camera().project(hit.position + V3d(frame.t) * h) - pixel) / h, b = (*scene_.camera().project(hit.position + V3d(frame.b) * h) - pixel) / h;
+    const V2d a = (*scene_.camera().project(hit.position + V3d(frame.t) * h) - pixel) / h,
+              b = (*scene_.camera().project(hit.position + V3d(frame.b) * h) - pixel) / h;
     return std::abs(a.x * b.y - a.y * b.x);
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Edits drawn at random over the floor of a Stage: any placement, plane-mates, mirrored and skewed quads, several exits or none.
+// Edits drawn at random over the floor of a Stage: any placement, plane-mates, mirrored and skewed quads,
+// several exits or none.
 #pragma once
 #include <algorithm>
 
@@ -10,7 +11,8 @@ namespace sluice::oracle {
 
 struct EditKinds {
   std::vector<std::string> expressions;
-  bool exits_over_floor = true;  // false: exits out of the camera's sight (for the forward oracle), sending light down to the floor
+  // false: exits out of the camera's sight (for the forward oracle), sending light down to the floor
+  bool exits_over_floor = true;
   bool hue = true, partial = true, repeat = true;
 };
 
@@ -19,10 +21,13 @@ class EditMaker {
   explicit EditMaker(std::uint64_t seed) : random_(seed) {}
 
   void add(Stage& stage, const EditKinds& kinds) {
-    const std::string& expression = kinds.expressions[static_cast<std::size_t>(random_.below(static_cast<int>(kinds.expressions.size())))];
+    const std::string& expression =
+        kinds
+            .expressions[static_cast<std::size_t>(random_.below(static_cast<int>(kinds.expressions.size())))];
     const double half = real(0.2, 0.45);
     const M44d entry = any_place(real(0, 1) < 0.3 ? 0 : real(0.1, 1.2));
-    EditDescription& e = stage.edit("Edit" + std::to_string(stage.scene.edits.size()), expression, entry, half);
+    EditDescription& e =
+        stage.edit("Edit" + std::to_string(stage.scene.edits.size()), expression, entry, half);
     places_.push_back(entry);
     if (kinds.partial && real(0, 1) < 0.3) e.amount = 0.6f, e.feather = 0.5f;
     e.repeat = kinds.repeat && real(0, 1) < 0.2;
@@ -43,7 +48,8 @@ class EditMaker {
       orders.push_back(&e.entry.order);
       for (ExitDescription& x : e.exits) orders.push_back(&x.quad.order);
     }
-    for (std::size_t i = orders.size(); i > 1; --i) std::swap(*orders[i - 1], *orders[static_cast<std::size_t>(random_.below(static_cast<int>(i)))]);
+    for (std::size_t i = orders.size(); i > 1; --i)
+      std::swap(*orders[i - 1], *orders[static_cast<std::size_t>(random_.below(static_cast<int>(i)))]);
   }
 
  private:
@@ -68,7 +74,9 @@ class EditMaker {
   // Left or right of what the camera sees, high, leaning to the floor before it.
   M44d beside() {
     const double side = real(0, 1) < 0.5 ? -1 : 1;
-    return facing({side * real(0.3, 0.8), real(-0.2, 0.2), 1}, {side * real(1.6, 1.9), real(-0.3, 0.3), real(0.7, 1.2)}, real(0.7, 1.3), real(0.7, 1.3), real(0, 6));
+    return facing({side * real(0.3, 0.8), real(-0.2, 0.2), 1},
+                  {side * real(1.6, 1.9), real(-0.3, 0.3), real(0.7, 1.2)}, real(0.7, 1.3), real(0.7, 1.3),
+                  real(0, 6));
   }
 
   Random random_;

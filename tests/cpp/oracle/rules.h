@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What both oracles know of edits: which entry takes light that goes forward in some state, read straight from paper §4.1 and design §2.
-// Also their random numbers and what they bring back.
+// What both oracles know of edits: which entry takes light that goes forward in some state, read straight
+// from paper §4.1 and design §2. Also their random numbers and what they bring back.
 #pragma once
 #include <array>
 
@@ -20,12 +20,15 @@ struct History {
 
 class Rules {
  public:
-  Rules(const SceneDescription& description, const Scene& scene, int max_gates) : gates(description, scene), words(description, scene), max_gates_(max_gates) {}
+  Rules(const SceneDescription& description, const Scene& scene, int max_gates)
+      : gates(description, scene), words(description, scene), max_gates_(max_gates) {}
 
   Gates gates;
   Words words;
 
-  [[nodiscard]] bool takes(const History& h, int edit) { return (gates.edit(edit).repeat || !((h.used >> edit) & 1)) && words.accepts(edit, h.word); }
+  [[nodiscard]] bool takes(const History& h, int edit) {
+    return (gates.edit(edit).repeat || !((h.used >> edit) & 1)) && words.accepts(edit, h.word);
+  }
   [[nodiscard]] bool at_cap(const History& h) const { return h.gates >= max_gates_; }
   void through(History& h, int edit) const {
     h.word += words.gate(edit);
@@ -34,11 +37,13 @@ class Rules {
   }
 
   // The entry that takes light on a segment.
-  [[nodiscard]] std::optional<Meeting> capture_on(const History& h, const V3d& origin, const V3d& direction, double t_end, int skipped_plane) {
+  [[nodiscard]] std::optional<Meeting> capture_on(const History& h, const V3d& origin, const V3d& direction,
+                                                  double t_end, int skipped_plane) {
     if (gates.empty()) return {};
     return first(h, gates.along(origin, direction, t_end, skipped_plane), -1);
   }
-  // Light has just left an exit (-1: gone straight on at the entry) at `point`: it crosses the plane's entries, all but its own.
+  // Light has just left an exit (-1: gone straight on at the entry) at `point`: it crosses the plane's
+  // entries, all but its own.
   [[nodiscard]] std::optional<Meeting> capture_at(const History& h, int edit, int exit, const V3d& point) {
     return first(h, gates.at(gates.gate(edit, exit).plane, point), edit);
   }
@@ -55,7 +60,9 @@ class Rules {
 // A plain random stream (PCG32).
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 0xda3e39cb94b95bdbull) { unit(), unit(); }
+  explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 0xda3e39cb94b95bdbull) {
+    unit(), unit();
+  }
   float unit() {
     const std::uint64_t s = state_;
     state_ = s * 6364136223846793005ull + 1442695040888963407ull;
@@ -81,9 +88,13 @@ struct Regions {
   explicit Regions(int per_side) : side(per_side), mean(static_cast<std::size_t>(per_side * per_side)) {
     for (Parts& p : mean) p.fill(V3d(0));
   }
-  [[nodiscard]] V3d& at(double x, double y, const FrameDescription& frame, Part part) {  // continuous pixel coordinates
-    const auto cell = [&](double c, int pixels) { return std::clamp(static_cast<int>(c * side / pixels), 0, side - 1); };
-    return mean[static_cast<std::size_t>(cell(y, frame.height) * side + cell(x, frame.width))][static_cast<std::size_t>(part)];
+  // continuous pixel coordinates
+  [[nodiscard]] V3d& at(double x, double y, const FrameDescription& frame, Part part) {
+    const auto cell = [&](double c, int pixels) {
+      return std::clamp(static_cast<int>(c * side / pixels), 0, side - 1);
+    };
+    return mean[static_cast<std::size_t>(cell(y, frame.height) * side + cell(x, frame.width))]
+               [static_cast<std::size_t>(part)];
   }
 };
 

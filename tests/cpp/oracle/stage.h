@@ -9,17 +9,35 @@ namespace sluice::oracle {
 
 using test::add, test::glowing, test::grid, test::input, test::one_node, test::place, test::sphere;
 
-inline MaterialDescription painted(const Color& c) { return one_node("painted", "BsdfDiffuse", {input("Color", c.x, c.y, c.z), input("Roughness", 0)}); }
-inline MaterialDescription translucent(const Color& c) { return one_node("translucent", "BsdfTranslucent", {input("Color", c.x, c.y, c.z)}); }
-inline MaterialDescription mirror(const Color& c) { return one_node("mirror", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", 0)}); }
-inline MaterialDescription glossy(const Color& c, float roughness) { return one_node("glossy", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", roughness)}); }
-inline MaterialDescription glass(const Color& c, float ior) { return one_node("glass", "BsdfGlass", {input("Color", c.x, c.y, c.z), input("Roughness", 0), input("IOR", ior)}); }
+inline MaterialDescription painted(const Color& c) {
+  return one_node("painted", "BsdfDiffuse", {input("Color", c.x, c.y, c.z), input("Roughness", 0)});
+}
+inline MaterialDescription translucent(const Color& c) {
+  return one_node("translucent", "BsdfTranslucent", {input("Color", c.x, c.y, c.z)});
+}
+inline MaterialDescription mirror(const Color& c) {
+  return one_node("mirror", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", 0)});
+}
+inline MaterialDescription glossy(const Color& c, float roughness) {
+  return one_node("glossy", "BsdfGlossy", {input("Color", c.x, c.y, c.z), input("Roughness", roughness)});
+}
+inline MaterialDescription glass(const Color& c, float ior) {
+  return one_node("glass", "BsdfGlass",
+                  {input("Color", c.x, c.y, c.z), input("Roughness", 0), input("IOR", ior)});
+}
 inline MaterialDescription sky(const Color& c) { return test::background(c, 1); }
 // `part` of b over a.
 inline MaterialDescription mixed(const MaterialDescription& a, const MaterialDescription& b, float part) {
   MaterialDescription m;
   m.name = "mixed";
-  m.nodes = {a.nodes[0], b.nodes[0], {"MixShader", "MixShader", {input("Fac", part), {"Shader", {}, 0, ""}, {"Shader_001", {}, 1, ""}}, {}, {}, -1}};
+  m.nodes = {a.nodes[0],
+             b.nodes[0],
+             {"MixShader",
+              "MixShader",
+              {input("Fac", part), {"Shader", {}, 0, ""}, {"Shader_001", {}, 1, ""}},
+              {},
+              {},
+              -1}};
   m.surface = 2;
   return m;
 }
@@ -27,8 +45,14 @@ inline MaterialDescription mixed(const MaterialDescription& a, const MaterialDes
 // a where it is seen head-on, b where at grazing angles, nothing between.
 inline MaterialDescription faced(const MaterialDescription& a, const MaterialDescription& b, float from) {
   MaterialDescription m = mixed(a, b, 0);
-  m.nodes.push_back({"LayerWeight", "LayerWeight", {input("Blend", 0.5f), {"Normal", {}, -1, ""}}, {}, {}, -1});
-  m.nodes.push_back({"Math", "Math", {{"Value", {}, 3, "Facing"}, input("Value_001", from), input("Value_002", 0)}, {{"operation", "GREATER_THAN"}}, {}, -1});
+  m.nodes.push_back(
+      {"LayerWeight", "LayerWeight", {input("Blend", 0.5f), {"Normal", {}, -1, ""}}, {}, {}, -1});
+  m.nodes.push_back({"Math",
+                     "Math",
+                     {{"Value", {}, 3, "Facing"}, input("Value_001", from), input("Value_002", 0)},
+                     {{"operation", "GREATER_THAN"}},
+                     {},
+                     -1});
   m.nodes[2].inputs[0] = {"Fac", {}, 4, ""};
   return m;
 }
@@ -58,13 +82,17 @@ struct Stage {
     if (wall) plate("Wall", facing({0, -1, -0.6}, {0, 1.2, 1.1}, 1.8, 1.2), painted({0.3f, 0.5f, 0.9f}));
   }
 
-  InstanceDescription& plate(const std::string& name, const M44d& matrix, const MaterialDescription& material) {
+  InstanceDescription& plate(const std::string& name, const M44d& matrix,
+                             const MaterialDescription& material) {
     return place(scene, add(scene, grid(1)), matrix, add(scene, material), name);
   }
-  InstanceDescription& solid(const std::string& name, MeshDescription mesh, const V3d& at, double size, const MaterialDescription& material) {
-    return place(scene, add(scene, std::move(mesh)), placed({size, 0, 0}, {0, size, 0}, {0, 0, size}, at), add(scene, material), name);
+  InstanceDescription& solid(const std::string& name, MeshDescription mesh, const V3d& at, double size,
+                             const MaterialDescription& material) {
+    return place(scene, add(scene, std::move(mesh)), placed({size, 0, 0}, {0, size, 0}, {0, 0, size}, at),
+                 add(scene, material), name);
   }
-  LightDescription& lamp(const std::string& name, LightKind kind, const M44d& matrix, float power, const Color& color = Color(1)) {
+  LightDescription& lamp(const std::string& name, LightKind kind, const M44d& matrix, float power,
+                         const Color& color = Color(1)) {
     LightDescription light;
     light.names = {name};
     light.kind = kind, light.matrix = matrix, light.power = power, light.color = color;
@@ -72,7 +100,8 @@ struct Stage {
     return scene.lights.back();
   }
   // A ceiling light, 2 half_size wide, looking down.
-  LightDescription& area(const std::string& name, const V3d& at, float size, float power, const Color& color = Color(1)) {
+  LightDescription& area(const std::string& name, const V3d& at, float size, float power,
+                         const Color& color = Color(1)) {
     LightDescription& light = lamp(name, LightKind::Area, facing({0, 0, 1}, at), power, color);
     light.shape = AreaShape::Square, light.size_x = light.size_y = size;
     return light;
@@ -81,13 +110,15 @@ struct Stage {
     scene.world.name = "World";
     scene.world.material = add(scene, sky(c));
   }
-  EditDescription& edit(const std::string& name, const std::string& expression, const M44d& matrix, double half) {
+  EditDescription& edit(const std::string& name, const std::string& expression, const M44d& matrix,
+                        double half) {
     scene.edits.push_back(edit_at(name, matrix, expression, order_, half));
     order_ += 10;
     return scene.edits.back();
   }
   ExitDescription& exit(EditDescription& edit, const M44d& matrix, double half) {
-    edit.exits.push_back(exit_at(edit.entry.name + " exit " + std::to_string(edit.exits.size()), matrix, order_, half));
+    edit.exits.push_back(
+        exit_at(edit.entry.name + " exit " + std::to_string(edit.exits.size()), matrix, order_, half));
     order_ += 10;
     return edit.exits.back();
   }

@@ -14,7 +14,8 @@ struct Sample {
 inline Sample summarise(std::span<const double> values) {
   Sample s{.count = static_cast<int>(values.size())};
   for (const double v : values) s.mean += v / s.count;
-  for (const double v : values) s.variance += (v - s.mean) * (v - s.mean) / (static_cast<double>(s.count) * (s.count - 1));
+  for (const double v : values)
+    s.variance += (v - s.mean) * (v - s.mean) / (static_cast<double>(s.count) * (s.count - 1));
   return s;
 }
 
@@ -22,11 +23,15 @@ inline Sample summarise(std::span<const double> values) {
 inline double incomplete_beta(double a, double b, double x) {
   if (x <= 0 || x >= 1) return x <= 0 ? 0 : 1;
   if (x > (a + 1) / (a + b + 2)) return 1 - incomplete_beta(b, a, 1 - x);
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log(1 - x)) / a;
+  const double front =
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log(1 - x)) /
+      a;
   double f = 1, c = 1, d = 0;
   for (int i = 0; i <= 500; ++i) {
     const int m = i / 2;
-    const double numerator = i == 0 ? 1 : i % 2 == 0 ? m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)) : -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
+    const double numerator = i == 0       ? 1
+                             : i % 2 == 0 ? m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
+                                          : -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
     d = 1 + numerator * d, d = 1 / (std::abs(d) < 1e-300 ? 1e-300 : d);
     c = 1 + numerator / c, c = std::abs(c) < 1e-300 ? 1e-300 : c;
     f *= c * d;
@@ -36,7 +41,9 @@ inline double incomplete_beta(double a, double b, double x) {
 }
 
 // Two-sided p of Student's t.
-inline double student_p(double t, double freedom) { return incomplete_beta(freedom / 2, 0.5, freedom / (freedom + t * t)); }
+inline double student_p(double t, double freedom) {
+  return incomplete_beta(freedom / 2, 0.5, freedom / (freedom + t * t));
+}
 
 // t with that two-sided p.
 inline double student_t(double p, double freedom) {
@@ -49,14 +56,18 @@ inline double student_t(double p, double freedom) {
 inline double sidak(double family, int comparisons) { return -std::expm1(std::log1p(-family) / comparisons); }
 
 struct Difference {
-  double value = 0, error = 0, freedom = 1;  // error: standard error; Welch & Satterthwaite's degrees of freedom
-  [[nodiscard]] double p() const { return error > 0 ? student_p(value / error, freedom) : value == 0 ? 1 : 0; }
+  // error: standard error; Welch & Satterthwaite's degrees of freedom
+  double value = 0, error = 0, freedom = 1;
+  [[nodiscard]] double p() const {
+    return error > 0 ? student_p(value / error, freedom) : value == 0 ? 1 : 0;
+  }
   [[nodiscard]] double margin(double at_p) const { return error > 0 ? student_t(at_p, freedom) * error : 0; }
 };
 
 inline Difference difference(const Sample& a, const Sample& b) {
   Difference d{a.mean - b.mean, std::sqrt(a.variance + b.variance), 1};
-  const double sum = a.variance + b.variance, parts = a.variance * a.variance / (a.count - 1) + b.variance * b.variance / (b.count - 1);
+  const double sum = a.variance + b.variance,
+               parts = a.variance * a.variance / (a.count - 1) + b.variance * b.variance / (b.count - 1);
   if (parts > 0) d.freedom = sum * sum / parts;
   return d;
 }
