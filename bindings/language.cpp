@@ -5,9 +5,9 @@
 
 #include "base/error.h"
 #include "bindings/parts.h"
-#include "edit/accepts.h"
-#include "edit/automaton.h"
-#include "edit/expression.h"
+#include "expr/accepts.h"
+#include "expr/automaton.h"
+#include "expr/expression.h"
 
 namespace py = pybind11;
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <tuple>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 
 namespace sluice {
 

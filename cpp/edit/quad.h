@@ -9,7 +9,7 @@
 
 #include "base/cancel.h"
 #include "base/math.h"
-#include "edit/edit.h"
+#include "edit/description.h"
 
 namespace sluice {
 

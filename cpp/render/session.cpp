@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
 #include "transport/sample_pilot.h"

@@ -12,7 +12,7 @@
 #include "base/colour.h"
 #include "base/image.h"
 #include "base/math.h"
-#include "edit/edit.h"
+#include "edit/description.h"
 #include "shading/nodes.h"
 
 namespace sluice {

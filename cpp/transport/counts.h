@@ -65,7 +65,7 @@ struct Counts {
   std::uint64_t non_finite = 0, adjoint_clamped = 0, depth_capped = 0, gates_capped = 0, split_capped = 0,
                 grazing_dropped = 0;
   std::uint64_t alpha_capped = 0;   // behind more transparent surfaces than are followed
-  std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/path_state.h)
+  std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/state_table.h)
 
   // From zero. Room for all edits, so that of_edit() cannot fail; none is written to before it has something
   // to count.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/text.h"
+#include "expr/text.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/accepts.h"
+#include "expr/accepts.h"
 
-#include "edit/automaton.h"
+#include "expr/automaton.h"
 
 namespace sluice {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "edit/expression.h"
+#include "expr/expression.h"
 
 namespace sluice {
 

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "edit/accepts.h"
-#include "edit/expression.h"
+#include "expr/accepts.h"
+#include "expr/expression.h"
 
 namespace sluice {
 namespace {

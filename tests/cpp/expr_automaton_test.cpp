@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "edit/automaton.h"
+#include "expr/automaton.h"
 
 namespace sluice {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/dfa.h"
+#include "expr/dfa.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/automaton.h"
+#include "expr/automaton.h"
 
 #include <algorithm>
 #include <map>
 #include <optional>
 #include <unordered_map>
 
-#include "edit/alphabet.h"
-#include "edit/dfa.h"
-#include "edit/positions.h"
+#include "expr/alphabet.h"
+#include "expr/dfa.h"
+#include "expr/positions.h"
 
 namespace sluice {
 

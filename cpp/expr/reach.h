@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "edit/automaton.h"
-#include "edit/edit_set.h"
+#include "expr/automaton.h"
+#include "expr/edit_set.h"
 
 namespace sluice {
 

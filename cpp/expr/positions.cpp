@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/positions.h"
+#include "expr/positions.h"
 
 #include <utility>
 

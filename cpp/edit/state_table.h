@@ -12,8 +12,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "edit/automaton.h"
 #include "edit/quad_set.h"
+#include "expr/automaton.h"
 
 namespace sluice {
 

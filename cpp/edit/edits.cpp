@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/gates.h"
+#include "edit/edits.h"
 
 #include <algorithm>
 #include <tuple>

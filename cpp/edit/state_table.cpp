@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/path_state.h"
+#include "edit/state_table.h"
 
 #include <algorithm>
 #include <new>
 
 #include "base/random.h"
-#include "edit/gates.h"
+#include "edit/edits.h"
 
 namespace sluice {
 

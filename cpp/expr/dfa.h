@@ -5,9 +5,9 @@
 #include <optional>
 #include <span>
 
-#include "edit/alphabet.h"
-#include "edit/automaton.h"
-#include "edit/positions.h"
+#include "expr/alphabet.h"
+#include "expr/automaton.h"
+#include "expr/positions.h"
 
 namespace sluice {
 

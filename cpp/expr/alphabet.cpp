@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/alphabet.h"
+#include "expr/alphabet.h"
 
 #include <algorithm>
 #include <limits>
@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "edit/text.h"
+#include "expr/text.h"
 
 namespace sluice {
 

@@ -3,8 +3,8 @@
 // some word passes it.
 #include <string>
 
-#include "edit/expression.h"
-#include "edit/positions.h"
+#include "expr/expression.h"
+#include "expr/positions.h"
 
 namespace sluice {
 

@@ -11,7 +11,7 @@
 #include "base/cancel.h"
 #include "base/error.h"
 #include "base/event.h"
-#include "edit/expression.h"
+#include "expr/expression.h"
 
 namespace sluice {
 

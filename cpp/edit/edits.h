@@ -13,13 +13,13 @@
 
 #include "base/cancel.h"
 #include "base/image.h"
-#include "edit/automaton.h"
-#include "edit/edit.h"
-#include "edit/expression.h"
-#include "edit/path_state.h"
+#include "edit/description.h"
 #include "edit/quad.h"
 #include "edit/quad_set.h"
-#include "edit/reach.h"
+#include "edit/state_table.h"
+#include "expr/automaton.h"
+#include "expr/expression.h"
+#include "expr/reach.h"
 
 namespace sluice {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "edit/expression.h"
+#include "expr/expression.h"
 
 #include <algorithm>
 
-#include "edit/text.h"
+#include "expr/text.h"
 
 namespace sluice {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "edit/automaton.h"
+#include "expr/automaton.h"
 
 namespace sluice {
 
