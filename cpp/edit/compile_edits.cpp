@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "edit/compile_edits.h"
+
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <string_view>
 #include <tuple>
 
-#include "edit/edits.h"
+#include "expr/unknown_names.h"
 
 namespace sluice {
 
@@ -237,9 +239,6 @@ class EditsBuilder {
     // Light from infinity starts outside of all bounds, hence the factor.
     const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre), cancel_);
     edits_.groups_.resize(static_cast<std::size_t>(groups));
-    for (const Quad* q : list)
-      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)})
-        edits_.bounds_.extendBy(q->point(uv));
   }
 
   void compile_expressions(std::span<const Entity> entities) {

@@ -8,26 +8,6 @@ namespace sluice {
 
 namespace {
 
-constexpr float least_cosine_out = 1e-3f;  // design §4
-
-V3d to_double(const V3f& v) noexcept { return {v.x, v.y, v.z}; }
-V3f unit(const V3d& v) noexcept {
-  const V3d n = v / v.length();  // at every gate, or frames of float descriptions drift (numerics P12)
-  return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
-}
-
-// NaN, negative and huge texels are clamped here too: numbers times texture (numerics P8).
-float clamp_intensity(float x) noexcept { return x >= 0 ? std::min(x, max_intensity) : 0.0f; }
-
-V2f to_float(const V2d& uv) noexcept { return {static_cast<float>(uv.x), static_cast<float>(uv.y)}; }
-
-// Border of `width` half sides on one axis: 0 at the edge, 1 inside, smooth at both ends.
-float soft_border(double x, float width) noexcept {
-  const double from_edge = 1 - std::abs(2 * x - 1);
-  const double s = std::min(1.0, from_edge / static_cast<double>(width));
-  return static_cast<float>(s * s * (3 - 2 * s));
-}
-
 void sort_along(std::vector<Crossing>& out) {
   std::sort(out.begin(), out.end(), [](const Crossing& a, const Crossing& b) {
     return std::tuple(a.t, a.group, a.exit >= 0, a.order, a.edit, a.exit) <
@@ -36,16 +16,6 @@ void sort_along(std::vector<Crossing>& out) {
 }
 
 }  // namespace
-
-QuadFrame normal_map_turn(const Color& texel) noexcept {
-  const QuadFrame identity{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  V3d n(2.0 * texel.x - 1, 2.0 * texel.y - 1, 2.0 * texel.z - 1);
-  // No normal points below its own surface: black and other texels that are none turn nothing.
-  if (!is_finite(n) || !(n.z > 0)) return identity;
-  n /= n.length();
-  const double a = -1 / (1 + n.z), c = n.x * n.y * a;  // Duff et al. 2017, n.z > 0
-  return {{1 + n.x * n.x * a, c, -n.x}, {c, 1 + n.y * n.y * a, -n.y}, n};
-}
 
 const Quad& Edits::quad(int edit, int exit) const noexcept {
   const Edit& e = (*this)[edit];
@@ -110,66 +80,6 @@ void Edits::crossings_at(Side side, int group, const V3d& point, EditSet members
     const Quad& q = quad(id.edit, id.exit);
     if (const auto uv = locate(q, point)) out.push_back({0, *uv, id.edit, id.exit, group, q.order});
   }
-}
-
-float Edits::weight(int edit, const V2d& uv) const noexcept {
-  const Edit& e = (*this)[edit];
-  return e.feather > 0 ? e.amount * soft_border(uv.x, e.feather) * soft_border(uv.y, e.feather) : e.amount;
-}
-
-float Edits::intensity(const Exit& exit, const V2d& uv) const noexcept {
-  if (exit.intensity_texture < 0) return exit.intensity;
-  const V2f at = to_float(uv);
-  return clamp_intensity(
-      exit.intensity *
-      luminance(sample_clamped(images_[static_cast<std::size_t>(exit.intensity_texture)], at.x, at.y)));
-}
-
-float Edits::hue(const Exit& exit, const V2d& uv) const noexcept {
-  if (exit.hue_shift == 0 || exit.hue_shift_texture < 0) return exit.hue_shift;
-  const V2f at = to_float(uv);
-  const float h =
-      exit.hue_shift *
-      luminance(sample_clamped(images_[static_cast<std::size_t>(exit.hue_shift_texture)], at.x, at.y));
-  return std::isfinite(h) ? h : 0.0f;
-}
-
-std::optional<QuadFrame> Edits::turn(const Exit& exit, const V2d& uv) const noexcept {
-  if (exit.normal_map < 0) return std::nullopt;
-  const V2f at = to_float(uv);
-  return normal_map_turn(sample_clamped(images_[static_cast<std::size_t>(exit.normal_map)], at.x, at.y));
-}
-
-std::optional<Passage> Edits::forward(int edit, int exit, const V2d& uv,
-                                      const V3f& direction) const noexcept {
-  const Edit& e = (*this)[edit];
-  if (exit == straight_on) return Passage{e.entry.point(uv), direction, Color(1), 0, e.entry.group};
-  const Exit& x = e.exits[static_cast<std::size_t>(exit)];
-  V3d d = e.entry.frame.to_local(to_double(direction));  // T_d of the paper: B'_{W<-O} B_{I<-W} d
-  if (const auto m = turn(x, uv)) {
-    d = m->to_world(d);
-    if (e.side == Side::Light && std::abs(d.z) < static_cast<double>(least_cosine_out)) return std::nullopt;
-  }
-  // view edits carry radiance (design §4)
-  const float gain = intensity(x, uv) * (e.side == Side::Light ? x.area_ratio : 1.0f);
-  return Passage{x.quad.point(uv), unit(x.quad.frame.to_world(d)), x.tint * gain, hue(x, uv), x.quad.group};
-}
-
-std::optional<Passage> Edits::backward(int edit, int exit, const V2d& uv,
-                                       const V3f& direction) const noexcept {
-  const Edit& e = (*this)[edit];
-  const Exit& x = e.exits[static_cast<std::size_t>(exit)];
-  V3d d = x.quad.frame.to_local(to_double(direction));
-  float gain = intensity(x, uv) * x.radiance_ratio;
-  if (const auto m = turn(x, uv)) {
-    const double cos_out = std::abs(d.z);
-    if (cos_out < static_cast<double>(least_cosine_out)) return std::nullopt;
-    d = m->to_local(d);
-    // flux L A cos dω is what the law is about (design §4)
-    gain *= static_cast<float>(std::abs(d.z) / cos_out);
-  }
-  return Passage{e.entry.point(uv), unit(e.entry.frame.to_world(d)), x.tint * gain, hue(x, uv),
-                 e.entry.group};
 }
 
 }  // namespace sluice

@@ -1,81 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Compiled edits (paper §4): which entries a path meets and is taken by, and T = (T_p, T_d, T_s) from an
-// entry to its exits, forward with light and backward with view rays. Immutable after compile_edits(). All
-// positions are re-centred: world = position + centre. Knows no surfaces, lights or pixels; counting and the
-// order of decisions along a path are the caller's.
+// Compiled edits (paper §4), and the questions that paths ask them: which entries a segment meets, and which
+// of them take a path in its state. Immutable after compile_edits(). All positions are re-centred: world =
+// position + centre. Knows no surfaces, lights or pixels; counting and the order of decisions along a path
+// are the caller's.
 #pragma once
-#include <Imath/ImathBox.h>
-
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "base/cancel.h"
 #include "base/image.h"
 #include "edit/description.h"
+#include "edit/gate.h"
 #include "edit/quad.h"
 #include "edit/quad_set.h"
 #include "edit/state_table.h"
 #include "expr/automaton.h"
-#include "expr/expression.h"
 #include "expr/reach.h"
+#include "expr/side.h"
 
 namespace sluice {
-
-using Box = Imath::Box<V3d>;
-
-// The scene that edits are compiled for, world coordinates.
-struct EditSpace {
-  V3d centre{0};  // origin of re-centring
-  Box bounds;     // of the scene without quads (may be empty)
-};
-
-// World bounds of the quads that will act (enabled, not refused); empty if there are none.
-[[nodiscard]] Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds);
-
-// numerics: gains of a chain must not overflow
-inline constexpr float max_intensity = 1e4f, max_area_ratio = 1e6f;
-
-struct Exit {
-  Quad quad;
-  std::string name;
-  float intensity = 1, hue_shift = 0;
-  Color tint{1};             // of luminance 1; exactly white unless it colours
-  float area_ratio = 1;      // σ on flux: area of exit / area of entry, <= 1e6; 1 when off
-  float radiance_ratio = 1;  // σ area of entry / area of exit: 1 when area_ratio is on
-  int intensity_texture = -1, hue_shift_texture = -1, normal_map = -1;  // into the edits' own images
-};
-
-// One acting edit. Disabled edits and those that were refused are not here at all.
-struct Edit {
-  std::string name;
-  std::size_t description = 0;  // index into the descriptions
-  Side side = Side::Light;
-  int order = 0;
-  bool repeat = false;
-  bool is_partial = false;  // amount or feather leave light to go straight on
-  float amount = 1, feather = 0;
-  Quad entry;
-  std::vector<Exit> exits;
-};
-
-// The implicit exit that leads straight on, with what the entry's weight leaves.
-inline constexpr int straight_on = -1;
-
-// How a path goes on at the far side of a gate. The gain is without the entry's weight; light has it after H.
-struct Passage {
-  V3d position;   // on the far quad
-  V3f direction;  // unit, of travel
-  // tint included; light edit forward: of flux; backward: of radiance; view edit forward: of radiance
-  Color gain{1};
-  float hue = 0;   // H's angle, radians; 0: none
-  int group = -1;  // plane group of the far quad: the next segment excludes it
-};
-
-// M_d of the paper for a texel of a normal map: columns t, b, n of an orthogonal turn. Identity where the
-// texel is no normal.
-[[nodiscard]] QuadFrame normal_map_turn(const Color& texel) noexcept;
 
 class Edits {
  public:
@@ -92,7 +35,6 @@ class Edits {
   [[nodiscard]] int max_gates() const noexcept { return max_gates_; }
   // how far quads float, without their own offset
   [[nodiscard]] double delta() const noexcept { return delta_; }
-  [[nodiscard]] const Box& bounds() const noexcept { return bounds_; }  // of all quads, re-centred
   [[nodiscard]] const Automata& automata() const noexcept { return automata_; }
 
   [[nodiscard]] std::span<const LayerDescription> layers() const noexcept { return layers_; }
@@ -147,43 +89,30 @@ class Edits {
   void crossings_at(Side side, int group, const V3d& point, EditSet members,
                     std::vector<Crossing>& out) const;
 
-  // a(u, v) = amount × feather: what the exits get. The straight_on exit gets 1 - a.
-  [[nodiscard]] float weight(int edit, const V2d& uv) const noexcept;
-
-  // From the entry at uv, going in `direction`, out of an exit. Light edits: flux gain. View edits carry
-  // radiance: intensity alone. Empty (to be counted) where a normal_map leaves |cos| < 1e-3 at the exit of a
-  // light edit.
+  // See gate.h: a(u, v), and T from an entry to an exit and back.
+  [[nodiscard]] float weight(int edit, const V2d& uv) const noexcept {
+    return entry_weight((*this)[edit], uv);
+  }
   [[nodiscard]] std::optional<Passage> forward(int edit, int exit, const V2d& uv,
-                                               const V3f& direction) const noexcept;
-  // A view ray going in `direction` meets an exit of a light edit at uv from behind: on from the entry.
-  // Radiance gain.
+                                               const V3f& direction) const noexcept {
+    return pass_forward((*this)[edit], exit, uv, direction, images_);
+  }
   [[nodiscard]] std::optional<Passage> backward(int edit, int exit, const V2d& uv,
-                                                const V3f& direction) const noexcept;
+                                                const V3f& direction) const noexcept {
+    return pass_backward((*this)[edit], exit, uv, direction, images_);
+  }
 
  private:
   friend class EditsBuilder;
-  [[nodiscard]] float intensity(const Exit& exit, const V2d& uv) const noexcept;
-  [[nodiscard]] float hue(const Exit& exit, const V2d& uv) const noexcept;
-  [[nodiscard]] std::optional<QuadFrame> turn(const Exit& exit, const V2d& uv) const noexcept;
-
   std::vector<Edit> edits_;
   std::vector<LayerDescription> layers_;
   int max_gates_ = 0;
   double delta_ = 0;
-  Box bounds_;
   Automata automata_;
   Reach reach_[2];  // [side]
   std::vector<Image> images_;
   std::vector<std::vector<QuadId>> groups_;  // [plane group]: entries by order, then exits by order
   QuadSet entries_[2], exits_[2];            // [side]
 };
-
-// Layers share the edits' alphabet and are read along with them. Throws ExpressionError; degenerate quads and
-// unknown names become warnings.
-[[nodiscard]] Edits compile_edits(std::span<const EditDescription> descriptions,
-                                  std::span<const Entity> entities, std::span<const Image> images,
-                                  const EditSpace& space, int max_gates, Warnings& warnings,
-                                  std::span<const LayerDescription> layers = {},
-                                  const CancelPoint& cancel = {});
 
 }  // namespace sluice

@@ -64,11 +64,6 @@ std::span<const std::uint32_t> StateTable::used(StateId state) const noexcept {
   return all.subspan(states_word + automata_of(all[side_word]).size());
 }
 
-std::strong_ordering StateTable::compare(StateId a, StateId b) const noexcept {
-  const auto x = content(a), y = content(b);
-  return std::lexicographical_compare_three_way(x.begin(), x.end(), y.begin(), y.end());
-}
-
 // Content after one more event; edit >= 0: the event is its gate.
 StateId StateTable::advance(StateId state, EventClass event, int edit) noexcept {
   if (state == dead) return dead;
@@ -88,13 +83,10 @@ StateId StateTable::advance(StateId state, EventClass event, int edit) noexcept 
         scratch_.insert(at, static_cast<std::uint32_t>(edit));
     }
     return intern(scratch_);
-  } catch (const std::bad_alloc&) {
-    ++overflows_;
-    return dead;
-  }
+  } catch (const std::bad_alloc&) { return dead; }
 }
 
-// Overflow is not memoised, so that every path that meets it is counted.
+// That the table is full is not memoised, so that every path that meets it is counted.
 StateId StateTable::find_next(StateId state, EventClass event) noexcept {
   const StateId to = advance(state, event, -1);
   if (to != dead) next_[static_cast<std::size_t>(state) * classes_ + event] = to;
@@ -123,7 +115,6 @@ StateId StateTable::intern(std::span<const std::uint32_t> content) noexcept {
       return append(content, hash);
     } catch (const std::bad_alloc&) {}
   }
-  ++overflows_;
   return dead;
 }
 

@@ -4,7 +4,6 @@
 // numbers differ between threads and contents do not, so photons carry numbers that threads share
 // (transport/photon_states.h). Knows no geometry but hands queries the candidates of a state.
 #pragma once
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -13,7 +12,8 @@
 #include <vector>
 
 #include "edit/quad_set.h"
-#include "expr/automaton.h"
+#include "expr/dfa.h"
+#include "expr/edit_set.h"
 
 namespace sluice {
 
@@ -58,13 +58,10 @@ class StateTable {
   // edits and view edits are gates to either side's states.
   [[nodiscard]] StateId through(StateId state, int edit) noexcept;
 
-  // Edits of the state's own side whose entry would take the path (expression accepts, not used up), by
-  // `order`. At the cap too.
-  [[nodiscard]] std::span<const std::uint16_t> taking(StateId state) const noexcept {
-    return lists_[list_[state]]->edits;
-  }
-  [[nodiscard]] bool takes_none(StateId state) const noexcept { return list_[state] == 0; }
+  // Edits of the state's own side whose entry would take the path (expression accepts, not used up). At the
+  // cap too.
   [[nodiscard]] const TakingList& taking_list(StateId state) const noexcept { return *lists_[list_[state]]; }
+  [[nodiscard]] bool takes_none(StateId state) const noexcept { return list_[state] == 0; }
   [[nodiscard]] bool takes(StateId state, int edit) const noexcept {
     return contains(lists_[list_[state]]->members, edit);
   }
@@ -85,16 +82,13 @@ class StateTable {
   }
 
   // Content: side, gates, automaton states, then used edits in ascending order. Equal in all tables of one
-  // Edits; orders states the same way in every thread (lexicographically). The span lives until the next
+  // Edits, so its lexicographical order is that of every thread. The span lives until the next
   // state is interned.
   [[nodiscard]] std::span<const std::uint32_t> content(StateId state) const noexcept;
   [[nodiscard]] StateId intern(std::span<const std::uint32_t> content) noexcept;
-  [[nodiscard]] std::strong_ordering compare(StateId a, StateId b) const noexcept;
 
   // states are 0 .. size() - 1
   [[nodiscard]] StateId size() const noexcept { return static_cast<StateId>(list_.size()); }
-  // events that found the table full
-  [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }
   // that it may hold, vectors grown to twice their use
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
 
@@ -131,7 +125,6 @@ class StateTable {
   std::unordered_map<std::uint64_t, StateId> through_;    // (state, edit)
   std::vector<std::shared_ptr<const TakingList>> lists_;  // [0]: empty
   std::map<std::vector<std::uint16_t>, std::uint32_t> list_numbers_;  // edits -> lists_
-  std::uint64_t overflows_ = 0;
 };
 
 }  // namespace sluice

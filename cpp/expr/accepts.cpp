@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "expr/accepts.h"
 
+#include "base/error.h"
 #include "expr/automaton.h"
+#include "expr/expression.h"
 
 namespace sluice {
 

@@ -1,34 +1,37 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Event classes of a scene for a set of rules: which events no symbol of any rule can tell apart. Only the
-// compiler of automata needs this; paths use the Alphabet.
+// The alphabet that a scene's expressions are read in: things with names, and the classes of events at them
+// that no expression can tell apart (event_classes.h finds these).
 #pragma once
-#include <bit>
-#include <cstdint>
-#include <span>
+#include <string>
 #include <vector>
 
-#include "expr/automaton.h"
+#include "base/event.h"
 
 namespace sluice {
 
-using Bits = std::vector<std::uint64_t>;
-[[nodiscard]] inline bool has_bit(const Bits& bits, std::size_t i) noexcept {
-  return (bits[i / 64] >> (i % 64)) & 1;
-}
-inline void set_bit(Bits& bits, std::size_t i) noexcept { bits[i / 64] |= 1ull << (i % 64); }
-template <class F>
-void for_each_bit(const Bits& bits, const F& f) {
-  for (std::size_t i = 0; i < bits.size(); ++i)
-    for (std::uint64_t w = bits[i]; w; w &= w - 1) f(i * 64 + static_cast<std::size_t>(std::countr_zero(w)));
-}
-
-struct ClassedRules {
-  Alphabet alphabet;
-  std::vector<Bits> matchers;  // distinct meanings of atoms: the event classes that match
-  std::vector<std::vector<std::uint32_t>> meaning;  // [rule][atom] -> matchers
+// What an event happened at: an object with its collections, a light, the world, the camera. Names as
+// expressions write them.
+struct Entity {
+  std::vector<std::string> names;
+  EventMask events = any_event;  // what can happen there at all
 };
 
-[[nodiscard]] ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities,
-                                    std::span<const Entity> gates, const CancelPoint& cancel);
+// Event classes of a scene.
+class Alphabet {
+ public:
+  // L, E, D, S or G at entities[entity]; -1: a thing without a name.
+  [[nodiscard]] EventClass event(Event kind, int entity) const noexcept {
+    return classes_[static_cast<std::size_t>(entity + 1) * event_count + static_cast<std::size_t>(kind)];
+  }
+  // F: through a gate of edit `edit`.
+  [[nodiscard]] EventClass gate(int edit) const noexcept { return gates_[static_cast<std::size_t>(edit)]; }
+  [[nodiscard]] int size() const noexcept { return size_; }
+
+ private:
+  friend class AlphabetBuilder;
+  std::vector<EventClass> classes_;  // [entity + 1][kind]
+  std::vector<EventClass> gates_;    // [edit]
+  int size_ = 0;
+};
 
 }  // namespace sluice

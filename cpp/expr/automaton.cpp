@@ -6,8 +6,8 @@
 #include <optional>
 #include <unordered_map>
 
-#include "expr/alphabet.h"
-#include "expr/dfa.h"
+#include "base/error.h"
+#include "expr/event_classes.h"
 #include "expr/positions.h"
 
 namespace sluice {

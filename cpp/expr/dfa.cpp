@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/random.h"
+#include "expr/positions.h"
 
 namespace sluice {
 

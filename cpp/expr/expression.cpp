@@ -2,6 +2,7 @@
 #include "expr/expression.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "expr/text.h"
 
@@ -18,6 +19,25 @@ EventMask Atom::kinds() const noexcept {
 }
 
 namespace {
+
+// How symbols are written; D and S hold G too. The first of equal kinds is told back.
+struct Letter {
+  char letter;
+  EventMask kinds;
+  std::optional<Event> event;  // none: several kinds of event
+};
+constexpr EventMask glossy = mask_of(Event::G);
+constexpr Letter letters[] = {
+    {'L', mask_of(Event::L), Event::L},          {'E', mask_of(Event::E), Event::E},
+    {'C', mask_of(Event::E), Event::E},          {'D', mask_of(Event::D) | glossy, Event::D},
+    {'S', mask_of(Event::S) | glossy, Event::S}, {'G', glossy, Event::G},
+    {'F', mask_of(Event::F), Event::F},          {'X', any_lobe, std::nullopt}};
+
+// 0: not the letter of any event.
+EventMask kinds_of(char32_t c) noexcept {
+  const auto* letter = std::ranges::find(letters, c, [](const Letter& l) { return char32_t(l.letter); });
+  return letter == std::end(letters) ? EventMask{0} : letter->kinds;
+}
 
 // Recursive descent; parentheses alone recurse and are counted, so the stack is bounded.
 class Parser {
@@ -225,21 +245,6 @@ class Parser {
     return atom(std::move(symbols), negated, at);
   }
 
-  [[nodiscard]] static EventMask kinds_of(char32_t c) noexcept {
-    const EventMask glossy = mask_of(Event::G);
-    switch (c) {
-      case U'L': return mask_of(Event::L);
-      case U'E':
-      case U'C': return mask_of(Event::E);
-      case U'D': return mask_of(Event::D) | glossy;
-      case U'S': return mask_of(Event::S) | glossy;
-      case U'G': return glossy;
-      case U'F': return mask_of(Event::F);
-      case U'X': return any_lobe;
-      default: return 0;
-    }
-  }
-
   Symbol symbol(const char* instead = nullptr) {
     Symbol s;
     s.column = static_cast<int>(at_) + 1;
@@ -311,21 +316,15 @@ Expression parse_expression(std::string_view text, const std::string& item) {
   return Parser(text, item).parse();
 }
 
+char letter_of(EventMask kinds) noexcept { return std::ranges::find(letters, kinds, &Letter::kinds)->letter; }
+
 NamedEvent parse_event(std::string_view text) {
   const std::string item(text);
   const Expression e = parse_expression(text, item);
   if (e.nodes.size() == 1 && !e.atoms.front().negated && e.atoms.front().symbols.size() == 1) {
     const Symbol& s = e.atoms.front().symbols.front();
-    switch (decode_utf8(text, item)[static_cast<std::size_t>(s.column) - 1]) {
-      case U'L': return {Event::L, s.names};
-      case U'C':
-      case U'E': return {Event::E, s.names};
-      case U'D': return {Event::D, s.names};
-      case U'S': return {Event::S, s.names};
-      case U'G': return {Event::G, s.names};
-      case U'F': return {Event::F, s.names};
-      default: break;
-    }
+    if (const auto event = std::ranges::find(letters, s.kinds, &Letter::kinds)->event)
+      return {*event, s.names};
   }
   throw ExpressionError(
       item, 1,

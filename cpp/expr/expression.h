@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Expressions over path events (design §3, paper §3 and §4.1): text to syntax tree, and the side that a
-// language belongs to. Knows no scene: which names exist is not checked here. Every error is an
-// ExpressionError with a column and what to write.
+// Expressions over path events (design §3, paper §3 and §4.1): from text to a syntax tree. Knows no scene:
+// which names exist is not checked here (unknown_names.h), nor which side an expression belongs to (side.h).
+// Every error is an ExpressionError with a column and what to write. Postfix operators bind tighter than
+// concatenation, which binds tighter than "|".
 //
-//   expression = branch { "|" branch }            postfix binds tighter than concatenation, which binds
-//   tighter than "|" branch     = factor { factor } factor     = atom [ "*" | "+" | "?" | "{" n [ "," [ m ] ]
-//   "}" ] atom       = "(" expression ")" | "." | symbol | "!" symbol | "!" "(" symbol { "|" symbol } ")" |
-//   "[" ["^"] symbol { symbol } "]" symbol     = kind [ "'" name { "," name } "'" ]     kind = L | E | D | S
-//   | G | F | X, and C for E
+//   expression = branch { "|" branch }
+//   branch     = factor { factor }
+//   factor     = atom [ "*" | "+" | "?" | "{" n [ "," [ m ] ] "}" ]
+//   atom       = "(" expression ")" | "." | symbol
+//              | "!" symbol | "!" "(" symbol { "|" symbol } ")" | "[" ["^"] symbol { symbol } "]"
+//   symbol     = kind [ "'" name { "," name } "'" ]
+//   kind       = L | E | D | S | G | F | X, and C for E
 #pragma once
 #include <string>
 #include <string_view>
@@ -53,6 +56,16 @@ struct SyntaxNode {
   std::vector<int> children;  // indices into Expression::nodes
 };
 
+[[nodiscard]] constexpr const char* name_of(SyntaxNode::Kind kind) noexcept {
+  switch (kind) {
+    case SyntaxNode::Kind::Atom: return "atom";
+    case SyntaxNode::Kind::Sequence: return "sequence";
+    case SyntaxNode::Kind::Choice: return "choice";
+    case SyntaxNode::Kind::Repeat: return "repeat";
+  }
+  return nullptr;
+}
+
 struct Expression {
   std::string text;
   std::vector<Atom> atoms;
@@ -63,17 +76,8 @@ struct Expression {
 // `item` is named in errors: the edit or layer.
 [[nodiscard]] Expression parse_expression(std::string_view text, const std::string& item = {});
 
-enum class Side : std::uint8_t { Light, View };
-[[nodiscard]] constexpr std::size_t index(Side side) noexcept { return static_cast<std::size_t>(side); }
-
-// Light: every word begins with L and none contains E. View: every word ends with E, none contains L, and
-// some word is of S, F and E alone, as view paths end at their first D or G. Anything else throws.
-[[nodiscard]] Side side_of(const Expression& expression, const std::string& item = {});
-[[nodiscard]] Side check_edit_expression(std::string_view text, const std::string& item = {});
-
-// Layers select whole paths: every word begins with L and ends with E. Throws otherwise.
-void check_layer(const Expression& expression, const std::string& item = {});
-[[nodiscard]] Expression parse_layer_expression(std::string_view text, const std::string& item = {});
+// The letter that a symbol of these kinds is written with; E for C.
+[[nodiscard]] char letter_of(EventMask kinds) noexcept;
 
 // One event as tests and scripts write it: "L", "S'Egg'", "D'Floor,Ground floor'". Several names: one thing
 // that bears them all.

@@ -7,7 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "expr/automaton.h"
+#include "base/cancel.h"
+#include "expr/dfa.h"
 #include "expr/edit_set.h"
 
 namespace sluice {

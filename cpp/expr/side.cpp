@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The side of a language (design §3). Decided on the language, not on the text: a position counts only if
-// some word passes it.
-#include <string>
+// Decided on the language, not on the text: a position counts only if some word passes it.
+#include "expr/side.h"
 
-#include "expr/expression.h"
 #include "expr/positions.h"
 
 namespace sluice {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "expr/automaton.h"
+#include "expr/unknown_names.h"
 
 namespace sluice {
 namespace {

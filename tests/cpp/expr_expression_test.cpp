@@ -6,6 +6,7 @@
 
 #include "expr/accepts.h"
 #include "expr/expression.h"
+#include "expr/side.h"
 
 namespace sluice {
 namespace {

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "expr/alphabet.h"
+#include "expr/event_classes.h"
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <string>
-#include <string_view>
 #include <unordered_map>
-#include <unordered_set>
 
-#include "expr/text.h"
+#include "base/error.h"
 
 namespace sluice {
 
@@ -160,36 +158,6 @@ class AlphabetBuilder {
 ClassedRules classify(std::span<const Rule> rules, std::span<const Entity> entities,
                       std::span<const Entity> gates, const CancelPoint& cancel) {
   return AlphabetBuilder(rules, entities, gates, cancel).build();
-}
-
-void warn_unknown_names(std::span<const Rule> rules, std::span<const Entity> entities,
-                        std::span<const Entity> gates, Warnings& warnings, const CancelPoint& cancel) {
-  std::unordered_set<std::string_view> known, known_gates;
-  // in the scene's order, so that the nearest of equals does not change
-  std::vector<const std::string*> all, all_gates;
-  const auto learn = [](std::span<const Entity> things, auto& set, auto& list) {
-    for (const Entity& thing : things)
-      for (const std::string& name : thing.names)
-        if (set.insert(name).second) list.push_back(&name);
-  };
-  learn(gates, known_gates, all_gates);
-  learn(entities, known, all);
-  learn(gates, known, all);
-  for (const Rule& rule : rules) {
-    cancel();
-    std::unordered_set<std::string_view> said;
-    for (const Atom& atom : rule.expression->atoms)
-      for (const Symbol& symbol : atom.symbols)
-        for (const std::string& name : symbol.names) {
-          const bool is_gate = symbol.kinds == mask_of(Event::F);
-          if ((is_gate ? known_gates : known).contains(name) || !said.insert(name).second) continue;
-          const std::string* nearest = nearest_name(name, is_gate ? all_gates : all);
-          warnings.push_back(
-              {rule.name,
-               (is_gate ? "no edit or collection is named '" : "no object, light or collection is named '") +
-                   name + "'" + (nearest ? "; the nearest name is '" + *nearest + "'" : std::string())});
-        }
-  }
 }
 
 }  // namespace sluice
