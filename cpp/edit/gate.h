@@ -9,22 +9,21 @@
 
 #include "base/colour.h"
 #include "base/image.h"
+#include "edit/description.h"
 #include "edit/quad.h"
 #include "expr/side.h"
 
 namespace sluice {
 
-// numerics: gains of a chain must not overflow
-inline constexpr float max_intensity = 1e4f, max_area_ratio = 1e6f;
+inline constexpr float max_area_ratio = 1e6f;  // numerics: gains of a chain must not overflow
 
-struct Exit {
+// Its properties are checked: the tint is of luminance 1, exactly white unless it colours; textures are
+// indices into the edits' own images.
+struct Exit : ExitProperties {
   Quad quad;
   std::string name;
-  float intensity = 1, hue_shift = 0;
-  Color tint{1};             // of luminance 1; exactly white unless it colours
   float area_ratio = 1;      // σ on flux: area of exit / area of entry, <= 1e6; 1 when off
   float radiance_ratio = 1;  // σ area of entry / area of exit: 1 when area_ratio is on
-  int intensity_texture = -1, hue_shift_texture = -1, normal_map = -1;  // into the edits' own images
 };
 
 // One acting edit. Disabled edits and those that were refused are not here at all.
