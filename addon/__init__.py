@@ -17,12 +17,14 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
-    arrivals, compat, core, edit_list, edit_panels, engine, gizmos, layers, native_panels, operators, overlay, panels, present, presets, properties,
-    renaming, statistics, translations,
+    arrivals, compat, core, edit_list, edit_operators, edit_panels, edit_statistics, engine, exit_operators, gizmos, known_names, layers, menus,
+    native_panels, overlay, panels, presets, properties, renaming, translations,
 )
 
-_rooms = (translations, properties, operators, presets, panels, edit_panels, edit_list, layers, native_panels, engine, arrivals, overlay, gizmos,
-          renaming, present, statistics)
+_registered = (  # in this order; taken away in the opposite one
+    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, layers, native_panels, engine,
+    arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
+)
 
 
 @bpy.app.handlers.persistent
@@ -31,8 +33,8 @@ def _before_load(*_):
 
 
 def register():
-    for room in _rooms:
-        room.register()
+    for module in _registered:
+        module.register()
     bpy.app.handlers.load_pre.append(_before_load)
     atexit.register(_at_exit)
 
@@ -43,8 +45,8 @@ def unregister():
     atexit.unregister(_at_exit)
     core.stop_all()
     bpy.app.handlers.load_pre.remove(_before_load)
-    for room in reversed(_rooms):
-        room.unregister()
+    for module in reversed(_registered):
+        module.unregister()
 
 
 def _at_exit():

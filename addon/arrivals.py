@@ -5,9 +5,8 @@ A short session of its own with an entry that takes nothing (no path has two lam
 import bpy
 import numpy as np
 
-from . import compat, core, export, final, kinds, operators, places, statistics, words
-from .edit_panels import language
-from .export.names import Names
+from . import checking, compat, core, edit_statistics, export, expression_words, final, interface, light_kinds, placement
+from .export.scene_names import Names
 from .export.settings import export_settings
 
 _PLACE, _NOTHING = "Edit Light Here", "LL"
@@ -46,15 +45,15 @@ def answer(session):
     if progress["state"] == 'failed':
         raise final.core_failure(progress)
     found = [row for row in session.statistics()["edits"] if row["name"] == _PLACE]
-    return (found[0].get("arrivals", []), statistics.taker(found[0])) if found else ([], "")
+    return (found[0].get("arrivals", []), edit_statistics.taker(found[0])) if found else ([], "")
 
 
 def told(expression, share):
     """One line of the menu: 62 %, light from Lamp, then one or more mirrors or glass."""
-    return f"{100 * share:.0f} %   {words.tell(core.load().parse(expression), language())}"
+    return f"{100 * share:.0f} %   {expression_words.tell(core.load().parse(expression), checking.language())}"
 
 
-class SLUICE_OT_edit_light_here(bpy.types.Operator):
+class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
     """Find which light falls on the selected faces, or at the 3D cursor, and choose the one to edit"""
 
     bl_idname = "sluice.edit_light_here"
@@ -63,10 +62,6 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
 
     size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor; 0: by its distance from the eye",
                                   subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
-
-    @classmethod
-    def poll(cls, context):
-        return operators.SLUICE_OT_add_edit.poll(context)
 
     def execute(self, context):
         """Waits for the answer (scripts); the menu is for invoke."""
@@ -109,7 +104,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
     def _ask(self, context):
-        matrix = np.array(places.find(context, self.size)[0])
+        matrix = np.array(placement.find(context, self.size)[0])
         return ask(context.evaluated_depsgraph_get(), bpy.data, matrix)
 
     def _fail(self, error):
@@ -127,7 +122,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         def draw(menu, _context):
             for expression, share in arrivals:
                 row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
-                row.name = kinds.title(expression)
+                row.name = light_kinds.title(expression)
                 row.expression, row.action, row.size = expression, 'MOVE', size  # else Blender takes those of last time
 
         context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')

@@ -3,20 +3,13 @@
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import operators, statistics
-from .edit_panels import check
-from .panels import Panel, is_narrow, sentence
-
-
-def entries_of(scene):
-    """The entries of a scene's edits, in their order."""
-    found = (item for item in scene.objects if item.type == 'EMPTY' and item.sluice.role == 'ENTRY')
-    return sorted(found, key=lambda item: (item.sluice.order, item.name))
+from . import checking, edit_statistics, model
+from .interface import Panel, is_narrow, sentence
 
 
 def _row(manager):
     """The list's active row is the active Empty's edit."""
-    entry = operators.entry_of(getattr(bpy.context, "object", None))
+    entry = model.entry_of(getattr(bpy.context, "object", None))
     return -1 if entry is None else bpy.data.objects.find(entry.name)
 
 
@@ -24,7 +17,7 @@ def _choose_row(manager, row):
     if 0 <= row < len(bpy.data.objects):
         item = bpy.data.objects[row]
         if bpy.context.mode == 'OBJECT' and item.name in bpy.context.view_layer.objects:
-            operators.select_only(bpy.context, [item], item)
+            model.select_only(bpy.context, [item], item)
 
 
 class SLUICE_UL_edits(bpy.types.UIList):
@@ -33,7 +26,7 @@ class SLUICE_UL_edits(bpy.types.UIList):
     def filter_items(self, context, data, name):
         items = getattr(data, name)
         wanted = self.filter_name.lower()
-        places = {item: place for place, item in enumerate(entries_of(context.scene)) if wanted in item.name.lower()}
+        places = {item: place for place, item in enumerate(model.entries_of(context.scene)) if wanted in item.name.lower()}
         flags = [self.bitflag_filter_item if item in places else 0 for item in items]
         order = bpy.types.UI_UL_list.sort_items_helper([(row, places.get(item, len(items))) for row, item in enumerate(items)],
                                                        key=lambda pair: pair[1])
@@ -42,27 +35,16 @@ class SLUICE_UL_edits(bpy.types.UIList):
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
         edit, scene = item.sluice, context.scene
         row = layout.row(align=True)
-        row.active = acts(scene, item)
+        row.active = model.acts(scene, item)
         row.prop(edit, "enabled", text="")
-        is_wrong = check(edit.expression, (), "en").error is not None
+        is_wrong = checking.check(edit.expression, (), "en").error is not None
         split = row.row() if is_narrow(context.region) else row.split(factor=0.55)
         split.alert = is_wrong
         split.prop(item, "name", text="", emboss=False)
         if not is_narrow(context.region):
             split.label(text=edit.expression)
-        row.label(text="", icon='ERROR' if is_wrong else statistics.icon(statistics.of(item.name_full)))
-        row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
-
-
-def solo_of(scene):
-    """The entry of the edit that acts alone, or None. A deleted one is no more in the scene."""
-    item = scene.sluice.solo
-    return item if item is not None and item.sluice.role == 'ENTRY' and item.name in scene.objects else None
-
-
-def acts(scene, entry):
-    """Is this edit to act: switched on, not bypassed, and no other one alone?"""
-    return entry.sluice.enabled and scene.sluice.use_edits and solo_of(scene) in {None, entry}
+        row.label(text="", icon='ERROR' if is_wrong else edit_statistics.icon(edit_statistics.of(item.name_full)))
+        row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if model.solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
 
 
 class SLUICE_OT_solo_edit(bpy.types.Operator):
@@ -78,7 +60,7 @@ class SLUICE_OT_solo_edit(bpy.types.Operator):
         item = context.scene.objects.get(self.name)
         if item is None:
             return {'CANCELLED'}
-        context.scene.sluice.solo = None if solo_of(context.scene) == item else item
+        context.scene.sluice.solo = None if model.solo_of(context.scene) == item else item
         return {'FINISHED'}
 
 
@@ -101,9 +83,9 @@ class SLUICE_OT_enable_edits(bpy.types.Operator):
         return context.scene is not None
 
     def execute(self, context):
-        found = entries_of(context.scene)
+        found = model.entries_of(context.scene)
         if self.which == 'SELECTED':
-            selected = {operators.entry_of(item) for item in context.selected_objects}
+            selected = {model.entry_of(item) for item in context.selected_objects}
             found = [item for item in found if item in selected]
         for item in found:
             if item.library is None:
@@ -140,7 +122,7 @@ class _ListPanel(Panel):
         side = row.column(align=True)
         side.operator("sluice.add_edit", text="", icon='ADD')
         side.menu("SLUICE_MT_edits", text="", icon='DOWNARROW_HLT')
-        alone = solo_of(context.scene)
+        alone = model.solo_of(context.scene)
         if alone is not None:
             sentence(layout, context.region, f"{alone.name} acts alone", 'SOLO_ON')
 

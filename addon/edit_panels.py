@@ -1,50 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel of an edit's Empty, in the properties editor and in the 3D view's sidebar: its expression, checked as it is typed and told
 back in words; its exits; its numbers."""
-import functools
-
 import bpy
 
-from . import core, names, operators, present, presets, statistics, translations, words
-from .panels import Panel, is_narrow, sentence
-
-
-class Checked:
-    """What is to be said of an expression."""
-
-    def __init__(self, side=None, told="", warnings=(), column=None, error=None):
-        self.side, self.told, self.warnings, self.column, self.error = side, told, warnings, column, error
-
-
-@functools.lru_cache(maxsize=256)
-def check(text, here, language, is_layer=False, elsewhere=frozenset()):
-    """Of an edit or of a layer. `here`: names of the scene; `elsewhere`: of what is in the file alone. Kept, since panels are drawn
-    many times a second."""
-    absent = sorted(elsewhere & names.names_in(text))
-    try:
-        module = core.load()
-        found = (module.check_layer_expression if is_layer else module.check_expression)(text, [*here, *absent])
-        told = words.tell(core.load().parse(text), language)
-    except ValueError as error:
-        return Checked(column=getattr(error, "column", None), error=str(error))
-    except core.CoreMissing as missing:
-        return Checked(error=str(missing))
-    not_here = (f"'{name}' is in this file, but not in this scene" for name in absent)
-    return Checked(found.get("side"), told[0].upper() + told[1:], (*found["warnings"], *not_here))
+from . import checking, edit_statistics, model, translations
+from .interface import OnOwnEntry, Panel, draw_expression, is_narrow, sentence
 
 
 class SLUICE_OT_explain_figures(bpy.types.Operator):
     bl_idname = "sluice.explain_figures"
     bl_label = "How This Was Measured"
-    bl_description = statistics.METHOD
+    bl_description = edit_statistics.METHOD
     bl_options = {'INTERNAL'}
 
     def execute(self, _context):
-        self.report({'INFO'}, statistics.METHOD)
+        self.report({'INFO'}, edit_statistics.METHOD)
         return {'FINISHED'}
 
 
-class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
+class SLUICE_OT_take_arrival(OnOwnEntry, bpy.types.Operator):
     """Take this light"""
 
     bl_idname = "sluice.take_arrival"
@@ -54,29 +28,11 @@ class SLUICE_OT_take_arrival(presets.OnEntry, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
-        return check(properties.expression, (), language()).told or cls.__doc__
+        return checking.check(properties.expression, (), checking.language()).told or cls.__doc__
 
     def execute(self, context):
-        operators.entry_of(context.object).sluice.expression = self.expression
+        model.entry_of(context.object).sluice.expression = self.expression
         return {'FINISHED'}
-
-
-def known_names():
-    """Every name an expression may use in this scene."""
-    return present.known(bpy.context).here
-
-
-def language():
-    """Of the interface: 'fr' for French, where Blender translates what it shows."""
-    view = bpy.context.preferences.view
-    return bpy.app.translations.locale[:2] if view.use_translate_interface else "en"
-
-
-def _near(text, column):
-    """A few characters round a place in an expression, the place marked."""
-    place = min(column - 1, len(text))
-    before, after = text[:place], text[place:]
-    return ("…" + before[-7:] if len(before) > 8 else before) + "▸" + (after[:7] + "…" if len(after) > 8 else after)
 
 
 def _draw_expression(layout, region, edit):
@@ -84,38 +40,16 @@ def _draw_expression(layout, region, edit):
     header.label(text="Expression")
     header.operator("sluice.insert_name", text="", icon='ADD')
     header.popover("SLUICE_PT_expressions", text="", icon='PRESET')
-    return draw_checked(layout, region, edit)
-
-
-def draw_checked(layout, region, edit, is_layer=False):
-    """The field `expression` of an edit or of a layer, and what is to be said of it. False: it is none."""
-    known = present.known(bpy.context)
-    found = check(known.homes.read(edit.expression, edit.id_data.library), known.here, language(), is_layer, known.elsewhere)
-    row = layout.row()
-    row.use_property_split = False  # expressions are long: the whole width
-    row.alert = found.error is not None or bool(found.warnings)
-    row.prop(edit, "expression", text="")
-    if found.error is not None:
-        alert = layout.column()
-        alert.alert = True
-        where = "" if found.column is None else f"Column {found.column}, {_near(edit.expression, found.column)}: "
-        sentence(alert, region, where + found.error, 'ERROR')
-        return False
-    sentence(layout, region, found.told, {'light': 'LIGHT', 'view': 'HIDE_OFF'}.get(found.side, 'RENDERLAYERS'))
-    alert = layout.column()
-    alert.alert = True
-    for warning in found.warnings:
-        sentence(alert, region, warning[0].upper() + warning[1:], 'ERROR')
-    return True
+    return draw_expression(layout, region, edit)
 
 
 def _draw_figures(layout, region, found):
     """What the last render found; how it was measured stands in a tooltip."""
     row = layout.row()
     column = row.column()
-    for text, icon in statistics.lines(found):
+    for text, icon in edit_statistics.lines(found):
         sentence(column, region, text, icon, beside=4)
-    if found is not None and statistics.shows(found):
+    if found is not None and edit_statistics.shows(found):
         row.operator("sluice.explain_figures", text="", icon='QUESTION', emboss=False)
 
 
@@ -132,7 +66,7 @@ def _draw_arrivals(layout, found):
 
 
 def _draw_exits(layout, region, entry):
-    exits = operators.exits_of(entry)
+    exits = model.exits_of(entry)
     header = layout.row()
     header.label(text="Exits" if exits else "No exit: the light is absorbed", icon='EXPORT')
     header.menu("SLUICE_MT_change_light", text="", icon='DOWNARROW_HLT')
@@ -156,7 +90,7 @@ def _draw_entry(layout, region, item):
     edit = item.sluice
     body = layout.column()
     body.active = edit.enabled
-    found = statistics.of(item.name_full) if _draw_expression(body, region, edit) else None
+    found = edit_statistics.of(item.name_full) if _draw_expression(body, region, edit) else None
     _draw_figures(body, region, found)
     _draw_arrivals(body, found)
     body.separator()
@@ -249,4 +183,4 @@ def register():
 
 def unregister():
     _unregister()
-    check.cache_clear()
+    checking.check.cache_clear()

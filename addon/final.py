@@ -6,9 +6,9 @@ import sys
 import traceback
 from dataclasses import dataclass, field
 
-from . import core, export, passes, statistics, status
+from . import core, edit_statistics, export, passes, render_progress
 from .export.camera import export_camera, export_frame
-from .export.names import Names
+from .export.scene_names import Names
 from .export.settings import export_settings, for_preview
 
 POLL = 0.1  # seconds between two looks at the session and at Esc
@@ -100,8 +100,8 @@ def _run(engine, job, session):
     session.start(job.description, job.settings)
     job.description = None  # the core has its own copy now
     names = [item.name for item in job.passes]
-    stream = status.Stream(engine, result, names, enabled=not status.in_background())
-    log = status.ProgressLog(job.settings["frame"], job.layer)
+    stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
+    log = render_progress.ProgressLog(job.settings["frame"], job.layer)
     stopped = False
     while not session.wait(POLL):
         if engine.test_break():
@@ -136,16 +136,16 @@ def _trust_size(frame, result):
 def _finish(engine, session, progress, job):
     """Says why the render stopped, and puts into the file's header what made it."""
     if not engine.is_preview:
-        print(f"sluice: {status.summary(progress)}", flush=True)
+        print(f"sluice: {render_progress.summary(progress)}", flush=True)
         print(session.statistics()["report"], flush=True)
-        statistics.remember(session)
+        edit_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
-            engine.report({'INFO'}, f"Sluice: {status.summary(progress)}")
+            engine.report({'INFO'}, f"Sluice: {render_progress.summary(progress)}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
         "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
-        **{f"edit {name}": line for name, line in statistics.stamps().items()},
+        **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
     result = engine.get_result()  # fields of a tile's result are lost; the whole result keeps them
     if result is not None:

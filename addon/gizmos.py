@@ -10,7 +10,7 @@ import math
 import bpy
 from mathutils import Matrix, Vector
 
-from . import overlay
+from . import interface, model
 
 _ARROW = 0.7  # of the smaller half side: how far the arrow's head is out at intensity 1
 _LEAN = 0.4   # radians off the line of sight, at least: else an arrow that points at the eye is a dot, which nobody can drag
@@ -20,7 +20,7 @@ _before = None  # the values that are dragged, as they were
 def _active():
     """The Empty of an edit that is active and may be changed, or None."""
     item = bpy.context.object
-    editable = item is not None and item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.library is None
+    editable = item is not None and model.is_part(item) and item.library is None
     return item if editable and item.select_get() else None
 
 
@@ -132,7 +132,7 @@ class _Group:
     @classmethod
     def poll(cls, context):
         view = context.space_data
-        return context.engine == 'SLUICE' and context.mode == 'OBJECT' and view.overlay.show_overlays and cls.wanted(context)
+        return context.engine == interface.ENGINE and context.mode == 'OBJECT' and view.overlay.show_overlays and cls.wanted(context)
 
 
 class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
@@ -176,7 +176,7 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
         is_exit = item.sluice.role == 'EXIT'
         self.size.matrix_basis = self.hue.matrix_basis = Matrix.Translation(centre) @ axes
         for gizmo in (self.size, self.intensity, self.hue):
-            gizmo.color = overlay.EXIT if is_exit else overlay.ENTRY
+            gizmo.color = interface.EXIT_COLOR if is_exit else interface.ENTRY_COLOR
         if not self.intensity.is_modal:  # a hand on it must not feel it turn
             self.intensity.matrix_basis = Matrix.Translation(centre) @ _arrow_axes(axes, centre, context.region_data)
         self.intensity.hide = self.hue.hide = not is_exit
@@ -210,14 +210,14 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
 
     @classmethod
     def wanted(cls, context):
-        return any(item.type == 'EMPTY' and item.sluice.role != 'NONE' for item in context.view_layer.objects)
+        return any(map(model.is_part, context.view_layer.objects))
 
     def setup(self, context):
         self.refresh(context)
 
     def refresh(self, context):
         """One border per quad; those left over wait, hidden."""
-        items = overlay.visible_edits(context)
+        items = model.visible_parts(context)
         while len(self.gizmos) < len(items):
             gizmo = self.gizmos.new("SLUICE_GT_border")
             gizmo.use_draw_scale = False
@@ -230,7 +230,7 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
                 gizmo.matrix_basis = items[number].matrix_world @ Matrix.Scale(items[number].empty_display_size, 4)
 
     def draw_prepare(self, context):
-        for gizmo, item in zip(self.gizmos, overlay.visible_edits(context)):
+        for gizmo, item in zip(self.gizmos, model.visible_parts(context)):
             gizmo.matrix_basis = item.matrix_world @ Matrix.Scale(item.empty_display_size, 4)
 
 

@@ -3,16 +3,15 @@
 import bpy
 from bpy.props import EnumProperty
 
-from . import passes
-from .edit_panels import check, draw_checked, known_names
-from .panels import Panel
+from . import checking, passes
+from .interface import Panel, draw_expression
 
 
 class SLUICE_UL_layers(bpy.types.UIList):
     """Name of each layer; red where its expression is none."""
 
     def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_name):
-        wrong = check(item.expression, known_names(), "en", True).error is not None
+        wrong = checking.check(item.expression, checking.names_here(), "en", True).error is not None
         row = layout.row()
         row.alert = wrong
         row.prop(item, "name", text="", emboss=False, icon='ERROR' if wrong else 'RENDERLAYERS')
@@ -91,7 +90,7 @@ class SLUICE_PT_layers(Panel, bpy.types.Panel):
             buttons.operator("sluice.move_layer", text="", icon='TRIA_UP').direction = 'UP'
             buttons.operator("sluice.move_layer", text="", icon='TRIA_DOWN').direction = 'DOWN'
         if 0 <= settings.active_layer < len(settings.layers):
-            draw_checked(self.layout.column(), context.region, settings.layers[settings.active_layer], is_layer=True)
+            draw_expression(self.layout.column(), context.region, settings.layers[settings.active_layer], is_layer=True)
 
 
 _classes = (SLUICE_UL_layers, SLUICE_OT_add_layer, SLUICE_OT_remove_layer, SLUICE_OT_move_layer, SLUICE_PT_layers)

@@ -3,7 +3,7 @@
 options Sluice ignores; ours for lamps and visibility are in panels.py. Also the shader nodes in the node editor's Add menu."""
 import bpy
 
-ENGINE = 'SLUICE'
+from .interface import ENGINE
 
 _EXCLUDED = {
     # ours are in panels.py

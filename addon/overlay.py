@@ -9,9 +9,9 @@ import bpy
 import numpy as np
 from mathutils import Color
 
-from . import compat, edit_list, operators, statistics
+from . import compat, edit_statistics, model
+from .interface import ENTRY_COLOR, EXIT_COLOR
 
-ENTRY, EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
 _TOWARDS_EYE = 0.004  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
 _DASHES = 9  # along each side
 _handles = []
@@ -38,11 +38,11 @@ def quad_corners(item):
 
 def _looks(item, scene):
     """(colour, strength, dashed) of an edit's Empty."""
-    entry = operators.entry_of(item)
-    alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
-    found = statistics.of(entry.name_full) if alive else None
+    entry = model.entry_of(item)
+    alive = entry is not None and model.acts(scene, entry) and entry.name in scene.objects
+    found = edit_statistics.of(entry.name_full) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
-    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.acted
+    return ENTRY_COLOR if item.sluice.role == 'ENTRY' else EXIT_COLOR, strength, found is not None and not found.acted
 
 
 def _fill(edit, color):
@@ -73,7 +73,7 @@ def shapes(items, scene):
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
         if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:  # a deleted one is still pointed at
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
-            lines.append((link, np.array(((*ENTRY, 0.7 * strength), (*EXIT, 0.7 * strength)))))
+            lines.append((link, np.array(((*ENTRY_COLOR, 0.7 * strength), (*EXIT_COLOR, 0.7 * strength)))))
     return Shape(fills, lines)
 
 
@@ -89,17 +89,9 @@ def _arrow(corners, centre, tip):
     return np.array(points)
 
 
-def visible_edits(context):
-    view = context.space_data
-    if view is None or not view.overlay.show_overlays:
-        return []
-    return [item for item in context.view_layer.objects
-            if item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.visible_in_viewport_get(view) and item.visible_get()]
-
-
 def _draw():
     context = bpy.context
-    items = visible_edits(context)
+    items = model.visible_parts(context)
     if items:
         # In a rendered view the light below must be seen, not the fills
         opacity = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
@@ -113,7 +105,7 @@ def _draw_names():
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
     size, taken = 11 * context.preferences.system.ui_scale, []
-    for item in visible_edits(context):
+    for item in model.visible_parts(context):
         color, strength, _dashed = _looks(item, context.scene)
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
         if None in corners:

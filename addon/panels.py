@@ -1,47 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels of the render settings, of lamps and of what objects show. Those of edits are in edit_panels.py."""
-import re
-import textwrap
-
 import bpy
 
 from . import core
-
-ENGINE = 'SLUICE'
-_UNIT = re.compile(r"(?<=\d) (?=%|\w{1,2}\b)")  # before a unit: no line ends there
-
-
-class Panel:
-    """What our panels share: they show for our engine alone."""
-
-    bl_space_type = 'PROPERTIES'
-    bl_region_type = 'WINDOW'
-    COMPAT_ENGINES = {ENGINE}
-
-    @classmethod
-    def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
-
-
-def column_of(panel):
-    panel.layout.use_property_split = True
-    panel.layout.use_property_decorate = True
-    return panel.layout.column()
-
-
-def is_narrow(region):
-    """No room for a name beside something else."""
-    return region.width < 330 * bpy.context.preferences.system.ui_scale
-
-
-def sentence(layout, region, text, icon, beside=0):
-    """A sentence in as many lines as the region's width asks for, less what stands beside it (letters)."""
-    scale = bpy.context.preferences.system.ui_scale
-    width = max(14, int(region.width / (6.4 * scale)) - 8 - beside)
-    box = layout.column(align=True)
-    box.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(_UNIT.sub("\u00a0", text), width)):
-        box.label(text=line, icon=icon if number == 0 else 'BLANK1')
+from .interface import Panel, column_of, sentence
 
 
 # --- render ----------------------------------------------------------------------------------------------------------------

@@ -8,8 +8,9 @@ import bpy
 from bl_ui.utils import PresetPanel
 from bpy.props import EnumProperty, StringProperty
 
-from . import compat, kinds, names, operators
-from .export.names import Homes
+from . import compat, expression_names, light_kinds, model
+from .export.scene_names import Homes
+from .interface import OnOwnEntry
 
 SUBDIR = "sluice/expression"
 
@@ -27,32 +28,21 @@ def _nouns(_self, context):
         name = homes.own(item)[0]
         if item.type == 'LIGHT':
             found.append(("L", name, "a lamp", 'LIGHT'))
-        elif item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
+        elif model.is_entry(item):
             found.append(("F", name, "moved by this edit", 'EMPTY_SINGLE_ARROW'))
         elif item.type in {'MESH', 'CURVE', 'SURFACE', 'META', 'FONT'}:
             found += [("S", name, "mirrored or refracted", 'OBJECT_DATA'), ("D", name, "scattered", 'OBJECT_DATA')]
     found += [("X", homes.own(item)[0], "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
         found.append(("L", homes.own(scene.world)[0], "the world", 'WORLD'))
-    found = {f"{kind}:{name}": (f"{name}, {told}: {kind}{names.quoted([name])}", icon) for kind, name, told, icon in found}
+    found = {f"{kind}:{name}": (f"{name}, {told}: {kind}{expression_names.quoted([name])}", icon) for kind, name, told, icon in found}
     items = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(found.items())] or [("", "Nothing to name", "")]
     if items != _items:  # strings that Blender may still show live on
         _items[:] = items
     return _items
 
 
-class OnEntry:
-    """Works on the entry of the active Empty's edit, one undo step."""
-
-    bl_options = {'REGISTER', 'UNDO'}
-
-    @classmethod
-    def poll(cls, context):
-        entry = operators.entry_of(context.object)
-        return entry is not None and entry.library is None
-
-
-class SLUICE_OT_insert_name(OnEntry, bpy.types.Operator):
+class SLUICE_OT_insert_name(OnOwnEntry, bpy.types.Operator):
     """Put the name of an object, lamp, edit or collection into the expression"""
 
     bl_idname = "sluice.insert_name"
@@ -62,10 +52,10 @@ class SLUICE_OT_insert_name(OnEntry, bpy.types.Operator):
     noun: EnumProperty(name="Name", description="What the expression shall name", items=_nouns)
 
     def execute(self, context):
-        edit = operators.entry_of(context.object).sluice
+        edit = model.entry_of(context.object).sluice
         kind, _colon, name = self.noun.partition(":")
         if name:
-            edit.expression = names.with_name(edit.expression, kind, name)
+            edit.expression = expression_names.with_name(edit.expression, kind, name)
         return {'FINISHED'}
 
     def invoke(self, context, _event):
@@ -73,7 +63,7 @@ class SLUICE_OT_insert_name(OnEntry, bpy.types.Operator):
         return {'RUNNING_MODAL'}
 
 
-class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
+class SLUICE_OT_set_expression(OnOwnEntry, bpy.types.Operator):
     """Take this kind of light"""
 
     bl_idname = "sluice.set_expression"
@@ -85,7 +75,7 @@ class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
 
     @classmethod
     def description(cls, _context, properties):
-        offered = (kind for group in kinds.GROUPS for kind in group)
+        offered = (kind for group in light_kinds.GROUPS for kind in group)
         return next((kind.description for kind in offered if kind.expression == properties.expression), cls.__doc__)
 
     def execute(self, context):
@@ -95,8 +85,8 @@ class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
             if not name:
                 self.report({'WARNING'}, "There is no object to name")
                 return {'CANCELLED'}
-            expression = expression.replace("{}", names.quoted([name]))
-        operators.entry_of(context.object).sluice.expression = expression
+            expression = expression.replace("{}", expression_names.quoted([name]))
+        model.entry_of(context.object).sluice.expression = expression
         return {'FINISHED'}
 
     def invoke(self, context, _event):
@@ -112,7 +102,7 @@ class SLUICE_OT_set_expression(OnEntry, bpy.types.Operator):
         return next((_homes().own(item)[0] for item in chosen), "")
 
 
-class SLUICE_OT_load_expression(OnEntry, bpy.types.Operator):
+class SLUICE_OT_load_expression(OnOwnEntry, bpy.types.Operator):
     """Take the light that this preset takes"""
 
     bl_idname = "sluice.load_expression"
@@ -125,7 +115,7 @@ class SLUICE_OT_load_expression(OnEntry, bpy.types.Operator):
         if expression is None:
             self.report({'WARNING'}, f"{self.filepath} holds no expression")
             return {'CANCELLED'}
-        operators.entry_of(context.object).sluice.expression = expression
+        model.entry_of(context.object).sluice.expression = expression
         return {'FINISHED'}
 
 
@@ -163,7 +153,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
         layout = self.layout
         layout.emboss = 'PULLDOWN_MENU'
         layout.operator_context = 'INVOKE_DEFAULT'  # some ask for a name
-        for group in kinds.GROUPS:
+        for group in light_kinds.GROUPS:
             column = layout.column(align=True)
             for kind in group:
                 row = column.row()

@@ -9,7 +9,7 @@ from bpy.props import (
     BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty,
 )
 
-from . import passes, renaming
+from . import model, passes, renaming
 
 OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
 
@@ -43,24 +43,11 @@ def _role_changed(self, context):
 
 
 def _is_entry(_self, candidate):
-    return candidate.type == 'EMPTY' and candidate.sluice.role == 'ENTRY'
+    return model.is_entry(candidate)
 
 
-class SluiceObject(bpy.types.PropertyGroup):
-    """The entry or the exit of an edit, on an Empty."""
-
-    role: EnumProperty(
-        name="Role", description="What this Empty is to the light", default='NONE', override=OVERRIDABLE, update=_role_changed,
-        items=(('NONE', "None", "An Empty like any other"),
-               ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
-               ('EXIT', "Exit", "Sends out again what its entry captured")))
-    order: IntProperty(
-        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
-        default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
-    offset: FloatProperty(
-        name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "
-        "is always added", subtype='DISTANCE', default=0.0, soft_min=0.0, soft_max=1.0, precision=4, override=OVERRIDABLE,
-        update=_tag_object)
+class _EntrySettings:
+    """What an entry does. Blender registers these properties as SluiceObject's own."""
 
     expression: StringProperty(
         name="Expression", description="Which light is captured, by what happened to it since its source. LS+: caustics; "
@@ -78,9 +65,10 @@ class SluiceObject(bpy.types.PropertyGroup):
         name="Feather", description="Width of the entry's soft border, as a fraction of half its side", subtype='FACTOR',
         default=0.0, min=0.0, max=1.0, override=OVERRIDABLE, update=_tag_object)
 
-    entry: PointerProperty(
-        name="Entry", description="The entry whose light leaves here", type=bpy.types.Object, poll=_is_entry,
-        override=OVERRIDABLE, update=_tag_object)
+
+class _ExitSettings:
+    """What becomes of the light that leaves by an exit. Blender registers these properties as SluiceObject's own."""
+
     intensity: FloatProperty(
         name="Intensity", description="Factor on the energy that leaves here", default=1.0, min=0.0, soft_max=10.0, max=1e4,
         override=OVERRIDABLE, update=_tag_object)
@@ -104,6 +92,29 @@ class SluiceObject(bpy.types.PropertyGroup):
     normal_map: PointerProperty(
         name="Normal Map", description="Turns the light that leaves, by a tangent space normal map across the exit",
         type=bpy.types.Image, override=OVERRIDABLE, update=_tag_object)
+
+
+class SluiceObject(_EntrySettings, _ExitSettings, bpy.types.PropertyGroup):
+    """The entry or the exit of an edit, on an Empty."""
+
+    role: EnumProperty(
+        name="Role", description="What this Empty is to the light", default='NONE', override=OVERRIDABLE, update=_role_changed,
+        items=(('NONE', "None", "An Empty like any other"),
+               ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
+               ('EXIT', "Exit", "Sends out again what its entry captured")))
+    order: IntProperty(
+        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
+        default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
+    offset: FloatProperty(
+        name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "
+        "is always added", subtype='DISTANCE', default=0.0, soft_min=0.0, soft_max=1.0, precision=4, override=OVERRIDABLE,
+        update=_tag_object)
+    entry: PointerProperty(
+        name="Entry", description="The entry whose light leaves here", type=bpy.types.Object, poll=_is_entry,
+        override=OVERRIDABLE, update=_tag_object)
+
+
+EXIT_PROPERTIES = ("offset", *_ExitSettings.__annotations__)  # what an exit takes over from the one that it is made of
 
 
 class SluiceScene(bpy.types.PropertyGroup):

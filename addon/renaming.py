@@ -8,8 +8,8 @@ from collections import namedtuple
 
 import bpy
 
-from . import compat, copies, handlers, names
-from .export.names import Homes
+from . import compat, copies, expression_names, handlers, model
+from .export.scene_names import Homes
 
 _HOMES = ("objects", "collections", "worlds")
 _NOTICE_SECONDS = 6.0
@@ -60,7 +60,7 @@ def _at(place):
 def _holders():
     """(entry or scene, what of it holds an expression)."""
     for item in bpy.data.objects:
-        if item.type == 'EMPTY' and item.sluice.role == 'ENTRY':
+        if model.is_entry(item):
             yield item, item.sluice
     for scene in bpy.data.scenes:
         for layer in scene.view_layers:
@@ -108,7 +108,7 @@ def _remember(file):
         owner.texts.add(group.expression)
         _places[_place(item)] = identity
         scenes = copies.scenes_of(item)
-        for name in names.names_in(group.expression):
+        for name in expression_names.names_in(group.expression):
             meant = file.meant(name, item.library)
             owner.meanings[name] = [_seen_as(other, scenes) for other in meant]
             _places.update((_place(other), _identity(other)) for other in meant)
@@ -176,16 +176,16 @@ def _follow_in(item, group, file, arrivals, is_undone):
     """Writes the names that an expression needs now; [what to tell of it]."""
     owner, old, changes = _owners.get(_identity(item)), group.expression, {}
     is_moved = bool(arrivals) if owner is None else owner.library != _place(item)[2]
-    for name in names.names_in(old):
+    for name in expression_names.names_in(old):
         meant = _meant_before(name, item, old, is_moved, file)
         targets = {_stand_in(other, name, item, is_moved, file, arrivals) for other in meant} - {None}
         if targets and targets != set(file.meant(name, item.library)):
             changes[name] = sorted(file.called(targets, item.library), key=lambda new: (new == name, new))
-    text = names.renamed(old, changes)
+    text = expression_names.renamed(old, changes)
     if text != old and is_moved:
         _copied[_place(item), old] = text
     again = _copied.get((_place(item), old), old) if is_undone else old  # as redo leaves it: the step of the copy was made before
-    if again != old and all(file.meant(name, item.library) for name in names.names_in(again)):
+    if again != old and all(file.meant(name, item.library) for name in expression_names.names_in(again)):
         text = again
     if text == old:
         return []

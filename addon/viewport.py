@@ -11,9 +11,9 @@ import weakref
 import bpy
 import numpy as np
 
-from . import changes, core, export, final, statistics, status
+from . import changes, core, edit_statistics, export, final, render_progress
 from .export.camera import export_view
-from .export.names import Names
+from .export.scene_names import Names
 from .export.settings import export_settings
 
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
@@ -161,10 +161,10 @@ def _refresh(engine, view, scene):
     if finished and view.stale:
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
-    engine.update_stats("Sluice", status.line(view.session.progress()))
+    engine.update_stats("Sluice", render_progress.line(view.session.progress()))
     if finished and view.level > 0 and not view.told:  # the coarsest misses light
-        statistics.remember(view.session)
-        statistics.redraw()
+        edit_statistics.remember(view.session)
+        edit_statistics.redraw()
         view.told = True
     if finished and not is_new and view.level + 1 < len(_LEVELS):
         _start(engine, view, scene, view.level + 1)

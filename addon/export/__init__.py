@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Callable
 
 from . import camera, edit, geometry, image, light, material, settings
-from .names import Names
+from .scene_names import Names
 
 
 class Cancelled(Exception):

@@ -108,7 +108,7 @@ def export_now():
     import bpy
     from sluice import export
     from sluice.export.camera import export_frame
-    from sluice.export.names import Names
+    from sluice.export.scene_names import Names
 
     def run():
         depsgraph = bpy.context.evaluated_depsgraph_get()

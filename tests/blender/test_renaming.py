@@ -83,14 +83,14 @@ def test_names_from_a_list(new_object, entry):
 
 
 def test_kinds_of_light_are_expressions(new_object, entry):
-    from sluice import core, kinds
+    from sluice import core, light_kinds
     egg = new_object("Egg's", bpy.data.meshes.new("Egg"))
     bpy.context.view_layer.objects.active = entry
     egg.select_set(True)
-    for kind in (kind for group in kinds.GROUPS for kind in group):
+    for kind in (kind for group in light_kinds.GROUPS for kind in group):
         assert bpy.ops.sluice.set_expression(expression=kind.expression) == {'FINISHED'}
         found = core.load().check_expression(entry.sluice.expression, ["Egg's"])
-        assert found["warnings"] == [] and found["side"] == ('view' if kind in kinds.SEEN else 'light')
+        assert found["warnings"] == [] and found["side"] == ('view' if kind in light_kinds.SEEN else 'light')
         assert ("{}" in kind.expression) == ("Egg" in entry.sluice.expression)
     egg.select_set(False)
     assert bpy.ops.sluice.set_expression(expression="L.*S{}+", noun="D:Egg's") == {'FINISHED'}

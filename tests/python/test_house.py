@@ -122,6 +122,22 @@ def blender_in_exporters(root):
     return complaints
 
 
+def interface_among_itself(root):
+    """Modules of the add-on that give Blender classes (SLUICE_…) are imported by its __init__ alone, which registers them: what two
+    of them need stands in model.py, checking.py or interface.py."""
+    trees = {path: ast.parse(path.read_text()) for path in python_files(root, "addon")}
+    shown = {path.stem for path, tree in trees.items() if any(isinstance(node, ast.ClassDef) and node.name.startswith("SLUICE_") for node in tree.body)}
+    complaints = []
+    for path, tree in trees.items():
+        if path == root / "addon" / "__init__.py":
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                names = [alias.name for alias in node.names] if node.module is None else [node.module]
+                complaints += [f"{path.relative_to(root)}:{node.lineno}: {name}" for name in names if name in shown]
+    return complaints
+
+
 def printing(root):
     return found(root, cpp_files(root, "cpp"), r"\bstd::(cout|cerr|clog|exit|quick_exit|abort|terminate)\b|\bv?f?printf\b|\b(exit|abort|puts|_Exit)\s*\(")
 
@@ -184,6 +200,7 @@ BAD = {
     image_library_elsewhere: ("cpp/shading/a.cpp", "#include <OpenImageIO/imageio.h>\n"),
     python_in_core: ("cpp/render/a.cpp", "#include <pybind11/pybind11.h>\n"),
     blender_in_exporters: ("addon/export/a.py", "def f():\n    from bpy.types import Object\n"),
+    interface_among_itself: ("addon/a.py", "from .a import f\n\n\nclass SLUICE_OT_a:\n    pass\n"),
     printing: ("cpp/base/a.cpp", 'void f() { std::printf("x"); }\n'),
     threads_elsewhere: ("cpp/render/a.cpp", "std::jthread worker;\n"),
     indirect_calls: ("cpp/transport/a.h", "std::function<void()> next;\n"),
@@ -195,6 +212,7 @@ BAD = {
 }
 NOT_BAD = {  # what a careless rule would take for a breach
     wrong_arrows: ("cpp/scene/a.cpp", '#include <vector>\n// #include "render/session.h"\n'),
+    interface_among_itself: ("addon/a.py", "from . import core\nfrom .interface import Panel\n\n\nclass SLUICE_PT_a(Panel):\n    pass\n"),
     printing: ("cpp/base/a.cpp", '// std::cout is for others\nauto text = "exit(1)"; std::snprintf(b, n, "%d", 1);\n'),
     threads_elsewhere: ("cpp/base/threads.cpp", "std::jthread worker; std::this_thread::yield();\n"),
     long_functions: ("cpp/base/a.cpp", ("void f(int a) {\n" + "  g();\n" * 40 + "}\n") * 2),

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kinds of light by plain names, each with the expression that takes it. What menus offer. No bpy."""
+"""What menus offer: kinds of light by plain names, each with the expression that takes it, and what can become of light. No bpy."""
 from collections import namedtuple
 
-from . import names
+from . import expression_names
 
 Kind = namedtuple("Kind", "label expression description icon")  # {} in an expression: the name of an object
 
@@ -24,11 +24,19 @@ SEEN = (
 )
 GROUPS = (ARRIVING, NAMED, SEEN)
 
+ACTIONS = (  # name, label, description, icon
+    ('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
+    ('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
+    ('RECOLOUR', "Recolour", "The light stays, in another colour", 'COLOR'),
+    ('DIM', "Dim", "The light stays, weaker", 'LIGHT_SUN'),
+    ('REMOVE', "Remove", "The light is gone", 'X'),
+)
+
 
 def title(expression):
     """What an edit that takes this may be called: a kind's plain name, or by the last thing named."""
     for kind in ARRIVING:
         if kind.expression == expression:
             return kind.label
-    event, name = names.last_in(expression)
+    event, name = expression_names.last_in(expression)
     return f"Light {'from' if event == 'L' else 'by'} {name}" if name and not set("!^") & set(expression) else "Light Edit"

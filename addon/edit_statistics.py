@@ -7,7 +7,7 @@ from collections import namedtuple
 
 import bpy
 
-from . import handlers, status
+from . import handlers, render_progress
 
 # acted: it took light, or paths from the eye; powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the
 # picture; floats, side: how far it floats in front of its plane, and its shorter side (m); taker: an edit that takes most of the light
@@ -68,7 +68,7 @@ def lines(found):
     if not found.acted:
         return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))] + floats
     if found.matched:
-        told = [(f"Took {status.count(found.matched)} paths, sent on {status.count(found.moved)}", 'CHECKMARK')]
+        told = [(f"Took {render_progress.count(found.matched)} paths, sent on {render_progress.count(found.moved)}", 'CHECKMARK')]
     else:  # no photon came by
         told = [("Took light on its way to the eye", 'CHECKMARK')]
     if found.power_in > 0:  # view paths carry none
@@ -80,7 +80,7 @@ def lines(found):
         if found.share == 0 and (found.power_out > 0 or found.power_in == 0):  # light that leaves, or paths from the eye
             told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
-        told.append((f"Absorbed {status.count(found.capped)} paths at Max Edits per Path", 'INFO'))
+        told.append((f"Absorbed {render_progress.count(found.capped)} paths at Max Edits per Path", 'INFO'))
     return told + floats
 
 
@@ -92,7 +92,8 @@ def _nothing(found):
         return [f"{found.taker} takes the light before it comes here"]
     if not found.crossed:
         return ["No light that matches crossed the entry", "No light crosses it at all: is it where the light is?"]
-    return [f"No light that matches crossed the entry; {status.count(found.crossed)} of {status.count(found.probed)} test paths crossed it"]
+    crossed, probed = render_progress.count(found.crossed), render_progress.count(found.probed)
+    return [f"No light that matches crossed the entry; {crossed} of {probed} test paths crossed it"]
 
 
 def percent(share):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The names a thing answers to in expressions: its own, those of its collections and of the collections around them, and those of all
 that instances it."""
-from ..names import names_in, renamed
+from ..expression_names import names_in, renamed
 
 
 class Homes:

@@ -6,7 +6,7 @@ from collections import namedtuple
 import bpy
 
 from . import compat, handlers
-from .export.names import Names
+from .export.scene_names import Names
 
 Known = namedtuple("Known", "homes here elsewhere")  # here: names in the scene; elsewhere: of things that are in the file alone
 
