@@ -17,8 +17,26 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
-    arrivals, compat, core, edit_list, edit_operators, edit_panels, edit_statistics, engine, exit_operators, gizmos, known_names, layers, menus,
-    native_panels, overlay, panels, presets, properties, renaming, translations,
+    arrivals,
+    compat,
+    core,
+    edit_list,
+    edit_operators,
+    edit_panels,
+    edit_statistics,
+    engine,
+    exit_operators,
+    gizmos,
+    known_names,
+    layers,
+    menus,
+    native_panels,
+    overlay,
+    panels,
+    presets,
+    properties,
+    renaming,
+    translations,
 )
 
 _registered = (  # in this order; taken away in the opposite one
@@ -32,14 +50,14 @@ def _before_load(*_):
     core.stop_all()
 
 
-def register():
+def register() -> None:
     for module in _registered:
         module.register()
     bpy.app.handlers.load_pre.append(_before_load)
     atexit.register(_at_exit)
 
 
-def unregister():
+def unregister() -> None:
     if _before_load not in bpy.app.handlers.load_pre:
         return  # done by _at_exit; Blender as a module asks again
     atexit.unregister(_at_exit)

@@ -14,7 +14,7 @@ _POLL = 0.1
 _NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}  # nobody looks at it
 
 
-def ask(depsgraph, data, matrix):
+def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.ndarray) -> core.Session:
     """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
     context = export.Context(Names(data.collections, data.objects, data.worlds))
     matrix = compat.matrix(matrix)
@@ -39,7 +39,7 @@ def _last_order(edits):
     return 1 + max((quad["order"] for quad in quads), default=0)
 
 
-def answer(session):
+def answer(session: core.Session) -> tuple[list[tuple[str, float]], str]:
     """([(expression, share)], name of an edit that takes the light before) of a session that is over; a Failure if it could not tell."""
     progress = session.progress()
     if progress["state"] == 'failed':
@@ -48,7 +48,7 @@ def answer(session):
     return (found[0].get("arrivals", []), edit_statistics.taker(found[0])) if found else ([], "")
 
 
-def told(expression, share):
+def told(expression: str, share: float) -> str:
     """One line of the menu: 62 %, light from Lamp, then one or more mirrors or glass."""
     return f"{100 * share:.0f} %   {expression_words.tell(core.load().parse(expression), checking.language())}"
 
@@ -63,7 +63,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
     size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor; 0: by its distance from the eye",
                                   subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         """Waits for the answer (scripts); the menu is for invoke."""
         try:
             session = self._ask(context)
@@ -74,7 +74,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
             return self._fail(error)
         return {'FINISHED'}
 
-    def invoke(self, context, _event):
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         try:
             self._session = self._ask(context)
         except Exception as error:
@@ -85,7 +85,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
         context.workspace.status_text_set("Looking for the light that arrives here. Esc: stop")
         return {'RUNNING_MODAL'}
 
-    def modal(self, context, event):
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == 'ESC':
             self.cancel(context)
             return {'CANCELLED'}
@@ -98,7 +98,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
             return self._fail(error)
         return {'FINISHED'}
 
-    def cancel(self, context):
+    def cancel(self, context: bpy.types.Context) -> None:
         self._session.cancel()
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
@@ -128,9 +128,9 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
         context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')
 
 
-def register():
+def register() -> None:
     bpy.utils.register_class(SLUICE_OT_edit_light_here)
 
 
-def unregister():
+def unregister() -> None:
     bpy.utils.unregister_class(SLUICE_OT_edit_light_here)

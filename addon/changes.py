@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a depsgraph's list of updates means to a picture that is being rendered of it. No bpy."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    import bpy
 
 NOTHING, EDITS, THINGS = range(3)  # nothing to see; edits or settings at most; whatever else
 # A view has its own camera; what an action moves is listed itself
 _UNSEEN = {"Action", "Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound", "Camera"}
 
 
-def of(depsgraph):
+def of(depsgraph: bpy.types.Depsgraph) -> int:
     """The largest of the kinds above that the updates may be. Scene: (de)selection, but also what is hidden; see roll()."""
     updates = list(depsgraph.updates)
     # From Blender 5.2 a property of the scene lists all of its objects too, their shading as changed; what really changes an object's
@@ -29,15 +36,15 @@ def _kind(datablock):
     return THINGS
 
 
-def roll(depsgraph):
+def roll(depsgraph: bpy.types.Depsgraph) -> tuple[list[str], str | None]:
     """Who is in the picture: equal before and after an update of the scene, unless something was hidden, shown, added or exchanged."""
     world = depsgraph.scene_eval.world
     there = [instance.object.name_full for instance in depsgraph.object_instances
              if instance.object.type != 'EMPTY' and (instance.show_self or instance.is_instance)]
-    return there, world and world.name_full
+    return there, world.name_full if world else None
 
 
-def same(a, b):
+def same(a: object, b: object) -> bool:
     """Equal, arrays in it too."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)

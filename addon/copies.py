@@ -3,20 +3,23 @@
 
 Blender tells it of overrides alone. The others show it by their names, "Egg" and "Egg.001", by the scene that they are in, and by what
 they are like."""
+from __future__ import annotations
+
 import re
 from collections import namedtuple
+from collections.abc import Iterable
 
 import bpy
 
 _NUMBER = re.compile(r"\.\d+$")
 
 
-def stem(name):
+def stem(name: str) -> str:
     """Without the number by which Blender tells copies apart."""
     return _NUMBER.sub("", name)
 
 
-def scenes_of(item):
+def scenes_of(item: bpy.types.ID) -> set[bpy.types.Scene]:
     """The scenes that an object, a collection, a world or a scene is in."""
     if isinstance(item, bpy.types.Scene):
         return {item}
@@ -31,23 +34,22 @@ def scenes_of(item):
 Look = namedtuple("Look", "kind stem likeness")
 
 
-def look(item):
+def look(item: bpy.types.ID) -> Look:
     """To be kept, as what is made local may be gone when its copy is there."""
+    likeness: tuple[object, ...] = ()
     if isinstance(item, bpy.types.Object):
         likeness = item.type, *(number for row in item.matrix_basis for number in row)
     elif isinstance(item, bpy.types.Collection):
         likeness = tuple(sorted(stem(other.name) for kind in (item.objects, item.children) for other in kind))
-    else:
-        likeness = ()
     return Look(item.bl_rna.identifier, stem(item.name), likeness)
 
 
-def override_of(item, items):
+def override_of(item: bpy.types.ID, items: Iterable[bpy.types.ID]) -> bpy.types.ID | None:
     """The one that overrides a linked `item`, or None."""
     return next((new for new in items if new.override_library is not None and new.override_library.reference == item), None)
 
 
-def of(wanted, arrivals, rivals, scenes):
+def of(wanted: Look, arrivals: set[bpy.types.ID], rivals: Iterable[bpy.types.ID], scenes: set[bpy.types.Scene]) -> bpy.types.ID | None:
     """The one of the new things that was made of what looked like `wanted`, best one in these scenes; None if none was. `rivals`: what
     else there was."""
     looks = {new: look(new) for new in arrivals if stem(new.name) == wanted.stem and new.library is None}

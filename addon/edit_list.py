@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All edits of the scene in one list: switch on and off, alone, all at once; choose; see which took light in the last render."""
+from typing import Any
+
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import checking, edit_statistics, model
+from . import checking, edit_statistics, model, registration
 from .interface import Panel, is_narrow, sentence
 
 
@@ -23,7 +25,7 @@ def _choose_row(manager, row):
 class SLUICE_UL_edits(bpy.types.UIList):
     """Rows of Blender's objects of which only the scene's entries are shown."""
 
-    def filter_items(self, context, data, name):
+    def filter_items(self, context: bpy.types.Context, data: Any, name: str) -> tuple[list[int], list[int]]:
         items = getattr(data, name)
         wanted = self.filter_name.lower()
         places = {item: place for place, item in enumerate(model.entries_of(context.scene)) if wanted in item.name.lower()}
@@ -32,7 +34,8 @@ class SLUICE_UL_edits(bpy.types.UIList):
                                                        key=lambda pair: pair[1])
         return flags, order
 
-    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_name):
+    def draw_item(self, context: bpy.types.Context, layout: bpy.types.UILayout,
+                  _data: Any, item: Any, _icon: int, _active_data: Any, _active_name: str) -> None:
         edit, scene = item.sluice, context.scene
         row = layout.row(align=True)
         row.active = model.acts(scene, item)
@@ -43,7 +46,8 @@ class SLUICE_UL_edits(bpy.types.UIList):
         split.prop(item, "name", text="", emboss=False)
         if not is_narrow(context.region):
             split.label(text=edit.expression)
-        row.label(text="", icon='ERROR' if is_wrong else edit_statistics.icon(edit_statistics.of(item.name_full)))
+        icon: Any = 'ERROR' if is_wrong else edit_statistics.icon(edit_statistics.of(item.name_full))
+        row.label(text="", icon=icon)
         row.operator("sluice.solo_edit", text="", icon='SOLO_ON' if model.solo_of(scene) == item else 'SOLO_OFF', emboss=False).name = item.name
 
 
@@ -56,8 +60,8 @@ class SLUICE_OT_solo_edit(bpy.types.Operator):
 
     name: StringProperty(name="Object", description="Name of the entry")
 
-    def execute(self, context):
-        item = context.scene.objects.get(self.name)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        item: bpy.types.Object | None = context.scene.objects.get(self.name)
         if item is None:
             return {'CANCELLED'}
         context.scene.sluice.solo = None if model.solo_of(context.scene) == item else item
@@ -79,10 +83,10 @@ class SLUICE_OT_enable_edits(bpy.types.Operator):
         items=(('ALL', "All", "Every edit of the scene"), ('SELECTED', "Selected", "Edits of which an entry or exit is selected")))
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return context.scene is not None
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         found = model.entries_of(context.scene)
         if self.which == 'SELECTED':
             selected = {model.entry_of(item) for item in context.selected_objects}
@@ -98,22 +102,22 @@ class SLUICE_OT_enable_edits(bpy.types.Operator):
 class SLUICE_MT_edits(bpy.types.Menu):
     bl_label = "Light Edits"
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         for which, label in (('ALL', "All"), ('SELECTED', "Selected")):
             if which == 'SELECTED':
                 self.layout.separator()
             for action, icon in (('ENABLE', 'CHECKBOX_HLT'), ('DISABLE', 'CHECKBOX_DEHLT'), ('TOGGLE', 'ARROW_LEFTRIGHT')):
-                row = self.layout.operator("sluice.enable_edits", text=f"{action.title()} {label}", icon=icon)
+                row = self.layout.operator("sluice.enable_edits", text=f"{action.title()} {label}", icon=icon)  # type: ignore[arg-type]
                 row.action, row.which = action, which
 
 
 class _ListPanel(Panel):
     bl_label = "Light Edits"
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.sluice, "use_edits", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         scene, layout = context.scene.sluice, self.layout
         row = layout.row()
         row.active = scene.use_edits
@@ -132,22 +136,22 @@ class SLUICE_PT_edits(_ListPanel, bpy.types.Panel):
 
 
 class SLUICE_PT_edits_sidebar(_ListPanel, bpy.types.Panel):
-    bl_space_type = 'VIEW_3D'
-    bl_region_type = 'UI'
+    bl_space_type = 'VIEW_3D'  # type: ignore[assignment]
+    bl_region_type = 'UI'  # type: ignore[assignment]
     bl_category = "Sluice"
     bl_order = 1
 
 
 _classes = (SLUICE_UL_edits, SLUICE_OT_solo_edit, SLUICE_OT_enable_edits, SLUICE_MT_edits, SLUICE_PT_edits, SLUICE_PT_edits_sidebar)
-_register, _unregister = bpy.utils.register_classes_factory(_classes)
+_register, _unregister = registration.of_classes(*_classes)
 
 
-def register():
+def register() -> None:
     _register()
     bpy.types.WindowManager.sluice_edit_row = IntProperty(
         name="Light Edit", description="The edit that is chosen", get=_row, set=_choose_row, options={'SKIP_SAVE'})
 
 
-def unregister():
+def unregister() -> None:
     del bpy.types.WindowManager.sluice_edit_row
     _unregister()

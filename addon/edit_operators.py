@@ -7,9 +7,13 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 from mathutils import Matrix
 
-from . import interface, light_kinds, model, placement, quad_geometry, translations
+from . import interface, light_kinds, model, placement, quad_geometry, registration, translations
 
-_Operator = bpy.types.Operator if TYPE_CHECKING else object  # Blender wants that base in the last class alone
+if TYPE_CHECKING:
+    _Operator = bpy.types.Operator
+else:
+    _Operator = object  # Blender wants its own class as a base of the last class alone
+
 _ACTION_ITEMS = tuple((name, label, description, icon, number)
                       for number, (name, label, description, icon) in enumerate(light_kinds.ACTIONS))
 
@@ -111,7 +115,7 @@ class SLUICE_OT_add_edit(_ChangesLight, interface.AddsEdit, bpy.types.Operator):
     size: FloatProperty(name="Size", description="Side of the entry where no faces are selected; 0: by its distance from the eye",
                         subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         matrix, on_faces = placement.find(context, self.size)
         if context.mode != 'OBJECT':
             bpy.ops.object.mode_set(mode='OBJECT')
@@ -125,7 +129,7 @@ class SLUICE_OT_add_edit(_ChangesLight, interface.AddsEdit, bpy.types.Operator):
         model.select_only(context, [touched], touched)
         return {'FINISHED'}
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "name")
@@ -140,22 +144,21 @@ class SLUICE_OT_change_light(_ChangesLight, interface.OnEdit, bpy.types.Operator
 
     bl_idname = "sluice.change_light"
     bl_label = "Change Light"
-    bl_options = {'REGISTER', 'UNDO'}
 
     action: EnumProperty(name="Action", description="What becomes of the light", items=_ACTION_ITEMS, default='COPY')
     to_cursor: BoolProperty(name="To Cursor", description="Where the light shall go, for Move", default=False, options={'SKIP_SAVE'})
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and model.entry_of(context.object).library is None
 
     @classmethod
-    def description(cls, _context, properties):
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.action == 'MOVE' and properties.to_cursor:
             return "The exit goes to the 3D cursor, and lies on the surface there"
         return next(description for name, _label, description, _icon in light_kinds.ACTIONS if name == properties.action)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         entry = model.entry_of(context.object)
         if self.action == 'MOVE' and self.to_cursor:
             touched = _lay_at_cursor(context, self._exit_to_move(context, entry), entry)
@@ -170,7 +173,7 @@ class SLUICE_OT_change_light(_ChangesLight, interface.OnEdit, bpy.types.Operator
         exits = model.exits_of(entry)
         return context.object if context.object in exits else exits[0] if exits else _add_upon(context, entry)
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         self.layout.use_property_split = True
         self.layout.prop(self, "action")
         if self.action == 'MOVE':
@@ -186,10 +189,10 @@ class SLUICE_OT_link_exits(bpy.types.Operator):
     bl_options = {'REGISTER', 'UNDO'}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return context.object is not None and model.is_entry(context.object) and context.mode == 'OBJECT'
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         entry = context.object
         linked = [item for item in context.selected_objects
                   if item != entry and item.type == 'EMPTY' and item.sluice.role != 'ENTRY' and item.library is None]
@@ -204,4 +207,4 @@ class SLUICE_OT_link_exits(bpy.types.Operator):
 
 _classes = (SLUICE_OT_add_edit, SLUICE_OT_change_light, SLUICE_OT_link_exits)
 
-register, unregister = bpy.utils.register_classes_factory(_classes)
+register, unregister = registration.of_classes(*_classes)

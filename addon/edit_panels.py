@@ -3,7 +3,7 @@
 back in words; its exits; its numbers."""
 import bpy
 
-from . import checking, edit_statistics, model, translations
+from . import checking, edit_statistics, model, registration, translations
 from .interface import OnOwnEntry, Panel, draw_expression, is_narrow, sentence
 
 
@@ -13,7 +13,7 @@ class SLUICE_OT_explain_figures(bpy.types.Operator):
     bl_description = edit_statistics.METHOD
     bl_options = {'INTERNAL'}
 
-    def execute(self, _context):
+    def execute(self, _context: bpy.types.Context) -> set[str]:
         self.report({'INFO'}, edit_statistics.METHOD)
         return {'FINISHED'}
 
@@ -27,10 +27,10 @@ class SLUICE_OT_take_arrival(OnOwnEntry, bpy.types.Operator):
     expression: bpy.props.StringProperty(name="Expression", description="What takes it", maxlen=1024)
 
     @classmethod
-    def description(cls, _context, properties):
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         return checking.check(properties.expression, (), checking.language()).told or cls.__doc__
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         model.entry_of(context.object).sluice.expression = self.expression
         return {'FINISHED'}
 
@@ -128,7 +128,7 @@ def _draw_image(layout, edit, name, label):
     layout.template_ID(edit, name, open="image.open", text=label)
 
 
-def draw_edit(layout, region, item):
+def draw_edit(layout: bpy.types.UILayout, region: bpy.types.Region, item: bpy.types.Object) -> None:
     """The whole panel of an edit's Empty."""
     edit = item.sluice
     roles = layout.row(align=True)
@@ -152,14 +152,14 @@ class _EditPanel(Panel):
     bl_label = "Light Edit"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.object is not None and context.object.type == 'EMPTY'
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         if context.object.sluice.role == 'ENTRY':
             self.layout.prop(context.object.sluice, "enabled", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         draw_edit(self.layout, context.region, context.object)
 
 
@@ -168,19 +168,19 @@ class SLUICE_PT_edit(_EditPanel, bpy.types.Panel):
 
 
 class SLUICE_PT_edit_sidebar(_EditPanel, bpy.types.Panel):
-    bl_space_type = 'VIEW_3D'
-    bl_region_type = 'UI'
+    bl_space_type = 'VIEW_3D'  # type: ignore[assignment]
+    bl_region_type = 'UI'  # type: ignore[assignment]
     bl_category = "Sluice"
 
 
 _classes = (SLUICE_OT_explain_figures, SLUICE_OT_take_arrival, SLUICE_PT_edit, SLUICE_PT_edit_sidebar)
-_register, _unregister = bpy.utils.register_classes_factory(_classes)
+_register, _unregister = registration.of_classes(*_classes)
 
 
-def register():
+def register() -> None:
     _register()
 
 
-def unregister():
+def unregister() -> None:
     _unregister()
     checking.check.cache_clear()

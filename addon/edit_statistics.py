@@ -3,11 +3,14 @@
 
 Kept by the name of the entry until the next render or file; of several view layers, the last counts. Panels,
 the list of edits and the overlay ask it."""
+from __future__ import annotations
+
 from collections import namedtuple
+from typing import Any
 
 import bpy
 
-from . import handlers, render_progress
+from . import core, registration, render_progress
 
 # acted: it took light, or paths from the eye; powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the
 # picture; floats, side: how far it floats in front of its plane, and its shorter side (m); taker: an edit that takes most of the light
@@ -18,10 +21,10 @@ METHOD = ("Share: of all light in the picture, what this edit took on its way, a
 
 _FLOATS_TO_TELL = 1e-3  # of a side: what that much lower catches or sends out is another place to the eye
 
-_found = {}
+_found: dict[str, Found] = {}
 
 
-def remember(session):
+def remember(session: core.Session) -> None:
     """Keeps a session's figures. Also from the render's thread: one assignment, no Blender data."""
     global _found
     told, passes = session.statistics(), max(1, session.progress()["pass"])
@@ -35,32 +38,33 @@ def _read(row, told, passes):
                  row.get("crossed", 0), row.get("probed", 0), taker(row), row.get("arrivals", ()))
 
 
-def taker(row):
+def taker(row: dict[str, Any]) -> str:
     """The edit that takes what would cross an entry, where that is more than what does."""
     return row["taker"] if row.get("taken", 0) > row.get("crossed", 0) else ""
 
 
-def of(name):
+def of(name: str) -> Found | None:
     """What was found at the entry of this name, or None: it was not in the last render, or there was none."""
     return _found.get(name)
 
 
-def forget(*_):
+def forget(*_: object) -> None:
+    """Drops all figures: another render or file begins."""
     global _found
     _found = {}
 
 
-def shows(found):
+def shows(found: Found) -> bool:
     """Does light that it took go on, so that its share and its time say something?"""
     return found.moved > 0 or found.share > 0
 
 
-def icon(found):
+def icon(found: Found | None) -> str:
     """The mark of an edit in lists."""
     return 'BLANK1' if found is None else 'CHECKMARK' if found.acted else 'ERROR'
 
 
-def lines(found):
+def lines(found: Found | None) -> list[tuple[str, str]]:
     """[(sentence, icon)] for the panel."""
     if found is None:
         return []
@@ -96,12 +100,12 @@ def _nothing(found):
     return [f"No light that matches crossed the entry; {crossed} of {probed} test paths crossed it"]
 
 
-def percent(share):
+def percent(share: float) -> str:
     """3.1 %, 12 %, 100 %."""
     return f"{100 * share:.2g} %" if 1e-4 <= share < 0.0995 else "under 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.0f} %"
 
 
-def length(metres):
+def length(metres: float) -> str:
     """1.23 m, 4.5 cm, 6.7 mm."""
     for unit, size in (("km", 1e3), ("m", 1), ("cm", 1e-2), ("mm", 1e-3)):
         if metres >= size:
@@ -109,7 +113,7 @@ def length(metres):
     return f"{metres:.1e} m"
 
 
-def power(watts):
+def power(watts: float) -> str:
     """1.23 W, 4.5 mW, 0 W."""
     for unit, size in (("kW", 1e3), ("W", 1), ("mW", 1e-3), ("µW", 1e-6)):
         if watts >= size:
@@ -117,7 +121,7 @@ def power(watts):
     return "0 W" if watts == 0 else f"{watts:.1e} W"
 
 
-def stamp(found):
+def stamp(found: Found) -> str:
     """One line for the header of the image's file."""
     took = f"took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, " if found.matched else ""
     acted = "took light on its way to the eye, " if found.acted and not found.matched else ""
@@ -126,13 +130,14 @@ def stamp(found):
             f"crossed {found.crossed} of {found.probed} test paths")
 
 
-def stamps():
+def stamps() -> dict[str, str]:
     """{edit: line} of the last render."""
     return {name: stamp(found) for name, found in _found.items()}
 
 
 @bpy.app.handlers.persistent
-def redraw(*_):
+def redraw(*_: object) -> None:
+    """Draws anew what shows figures. Also a handler of Blender's, whose arguments say nothing here."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type in {'PROPERTIES', 'VIEW_3D'}:
@@ -147,10 +152,10 @@ def _begin(*_):
 _handlers = {"render_init": _begin, "render_pre": _begin, "render_complete": redraw, "load_post": _begin}
 
 
-def register():
-    handlers.add(_handlers)
+def register() -> None:
+    registration.add_handlers(_handlers)
 
 
-def unregister():
-    handlers.remove(_handlers)
+def unregister() -> None:
+    registration.remove_handlers(_handlers)
     forget()

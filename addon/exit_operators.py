@@ -4,7 +4,7 @@ import bpy
 from bpy.props import StringProperty
 from mathutils import Matrix
 
-from . import interface, model, properties, quad_geometry
+from . import interface, model, properties, quad_geometry, registration
 
 
 class SLUICE_OT_add_exit(interface.OnEdit, bpy.types.Operator):
@@ -13,7 +13,7 @@ class SLUICE_OT_add_exit(interface.OnEdit, bpy.types.Operator):
     bl_idname = "sluice.add_exit"
     bl_label = "Add Exit"
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         source, entry = context.object, model.entry_of(context.object)
         matrix = Matrix(quad_geometry.beside(source.matrix_world))
         item = model.new_exit(context, entry, matrix, source.empty_display_size)
@@ -30,7 +30,7 @@ class SLUICE_OT_select_exits(interface.OnEdit, bpy.types.Operator):
     bl_idname = "sluice.select_exits"
     bl_label = "Select Exits"
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         found = model.exits_of(model.entry_of(context.object))
         if not found:
             self.report({'INFO'}, "This entry has no exit: the light it takes is absorbed")
@@ -49,11 +49,11 @@ class SLUICE_OT_select_one(bpy.types.Operator):
     name: StringProperty(name="Object", description="Name of the Empty to select")
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return context.mode == 'OBJECT'
 
-    def execute(self, context):
-        item = context.view_layer.objects.get(self.name)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        item: bpy.types.Object | None = context.view_layer.objects.get(self.name)
         if item is None:
             self.report({'WARNING'}, f"{self.name} is not in this view layer")
             return {'CANCELLED'}
@@ -63,4 +63,4 @@ class SLUICE_OT_select_one(bpy.types.Operator):
 
 _classes = (SLUICE_OT_add_exit, SLUICE_OT_select_exits, SLUICE_OT_select_one)
 
-register, unregister = bpy.utils.register_classes_factory(_classes)
+register, unregister = registration.of_classes(*_classes)

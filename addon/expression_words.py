@@ -3,17 +3,32 @@
 
 A language is a table: for each event its noun (alone, several, one with a name, several with a name; {} is the name), and the
 phrases that join them."""
-from collections import namedtuple
+from __future__ import annotations
 
-Noun = namedtuple("Noun", "one many named many_named some", defaults=("one or more",))
+from typing import Any, NamedTuple, TypeAlias
 
-
-def _masculine(*forms):
-    return Noun(*forms, "un ou plusieurs")
+Tree: TypeAlias = tuple[Any, ...]  # ("atom", …), ("repeat", …), ("sequence", …) or ("choice", …), as sluice_core.parse makes it
 
 
-def _feminine(*forms):
-    return Noun(*forms, "une ou plusieurs")
+class Noun(NamedTuple):
+    """How an event is called: alone, several of it, one with a name, several with a name, and what "one or more" is before it."""
+
+    one: str
+    many: str
+    named: str
+    many_named: str
+    some: str = "one or more"
+
+
+Language: TypeAlias = dict[str, Any]  # event: its Noun; name of a phrase: the phrase
+
+
+def _masculine(one: str, many: str, named: str, many_named: str) -> Noun:
+    return Noun(one, many, named, many_named, "un ou plusieurs")
+
+
+def _feminine(one: str, many: str, named: str, many_named: str) -> Noun:
+    return Noun(one, many, named, many_named, "une ou plusieurs")
 
 
 ENGLISH = {
@@ -62,16 +77,16 @@ _ANYTHING = ("repeat", ("atom", True, ()), 0, None)
 _NOT_MIRROR = ("atom", True, (("S", ()),))
 
 
-def tell(tree, language="en"):
+def tell(tree: Tree, language: str = "en") -> str:
     """The sentence, its first letter small and without a full stop. An unknown language is told in English."""
     return _Teller(LANGUAGES.get(language, ENGLISH)).whole(tree)
 
 
 class _Teller:
-    def __init__(self, language):
+    def __init__(self, language: Language) -> None:
         self.say = language
 
-    def whole(self, tree):
+    def whole(self, tree: Tree) -> str:
         """A branch of its own has phrases for what it commonly is: straight light, all light, what the eye sees."""
         if tree[0] == "choice":
             return self.say["either"].format(self.say["else"].join(map(self.whole, tree[1:])))
@@ -96,7 +111,7 @@ class _Teller:
     def _join(self, parts):
         return self.say["then"].join(map(self.node, parts))
 
-    def node(self, tree):
+    def node(self, tree: Tree) -> str:
         kind = tree[0]
         if kind == "atom":
             return self._atom(tree)

@@ -2,14 +2,23 @@
 """The final render: one function per verb of Blender's render engine. update copies the scene while Blender holds it still; render
 runs a session on the core's threads and polls it. Everything is caught here: a failed render must not write a frame, and for
 Blender only report({'ERROR'}) is a failure (an exception, or error_set alone, would write a black frame and exit with 0)."""
+from __future__ import annotations
+
 import sys
 import traceback
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from . import core, edit_statistics, export, passes, render_progress
 from .export.camera import export_camera, export_frame
+from .export.description import Description
 from .export.scene_names import Names
 from .export.settings import export_settings, for_preview
+
+if TYPE_CHECKING:
+    import bpy
+
+    from .engine import SluiceRenderEngine
 
 POLL = 0.1  # seconds between two looks at the session and at Esc
 _PATIENCE = 1.0  # seconds in which a cancelled session ends (it promises half)
@@ -19,7 +28,7 @@ _MOST_REPORTS = 20  # warnings shown in Blender; all of them go to stderr
 class Failure(Exception):
     """Why there is no image: the thing at fault, where in its expression, and what to do about it."""
 
-    def __init__(self, message, item="", column=None):
+    def __init__(self, message: str, item: str = "", column: int | None = None) -> None:
         super().__init__(message)
         self.item, self.column = item, column
 
@@ -34,15 +43,15 @@ class Job:
     """What update hands to render; no Blender data in it."""
 
     layer: str
-    description: dict = None
-    settings: dict = None
-    warnings: list = field(default_factory=list)
-    passes: tuple = passes.PASSES
-    failure: Failure = None
+    description: Description = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
+    warnings: list[tuple[str, str]] = field(default_factory=list)
+    passes: tuple[passes.Pass, ...] = passes.PASSES
+    failure: Failure | None = None
     cancelled: bool = False
 
 
-def update(engine, data, depsgraph):
+def update(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
     """Deep-copies the scene. Never raises: what went wrong waits in the job for render to report."""
     engine.job = job = Job(depsgraph.view_layer_eval.name)
     try:
@@ -75,7 +84,7 @@ def _copy_scene(engine, data, depsgraph, job):
     job.passes = passes.all_passes(job.description["layers"])
 
 
-def render(engine):
+def render(engine: SluiceRenderEngine) -> None:
     """Renders the job of the last update. Never raises."""
     job, engine.job = engine.job, None
     if job is None or job.cancelled:
@@ -98,7 +107,7 @@ def _run(engine, job, session):
     result = passes.begin(engine, job.layer)
     _trust_size(job.description["frame"], result)
     session.start(job.description, job.settings)
-    job.description = None  # the core has its own copy now
+    job.description = {}  # the core has its own copy now
     names = [item.name for item in job.passes]
     stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
     log = render_progress.ProgressLog(job.settings["frame"], job.layer)
@@ -174,7 +183,7 @@ def _report_failure(engine, failure):
     engine.error_set(f"Sluice: {failure}")
 
 
-def as_failure(error):
+def as_failure(error: Exception) -> Failure:
     """Any exception as a Failure; what is not meant for artists leaves its traceback in the console."""
     if isinstance(error, Failure):
         return error
@@ -187,7 +196,7 @@ def as_failure(error):
     return Failure(f"internal error: {type(error).__name__}: {error}")
 
 
-def core_failure(progress):
+def core_failure(progress: dict[str, Any]) -> Failure:
     """The error a session ended with."""
     error = progress["error"] or {}
     return Failure(error.get("message") or progress["message"], error.get("item") or "", error.get("column"))

@@ -126,11 +126,17 @@ def _set_hue(value):
 
 
 class _Group:
+    """A group of handles for our engine, in object mode, where overlays are shown and `wanted` says so."""
     bl_space_type = 'VIEW_3D'
     bl_region_type = 'WINDOW'
 
     @classmethod
-    def poll(cls, context):
+    def wanted(cls, context: bpy.types.Context) -> bool:
+        """Is there something to handle?"""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
         view = context.space_data
         return context.engine == interface.ENGINE and context.mode == 'OBJECT' and view.overlay.show_overlays and cls.wanted(context)
 
@@ -142,10 +148,10 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
     bl_options = {'3D', 'PERSISTENT', 'SHOW_MODAL_ALL'}
 
     @classmethod
-    def wanted(cls, _context):
+    def wanted(cls, _context: bpy.types.Context) -> bool:
         return _active() is not None
 
-    def setup(self, _context):
+    def setup(self, _context: bpy.types.Context) -> None:
         self.size = self._handle("GIZMO_GT_cage_2d", "matrix", _get_size, _set_size)
         self.size.transform = {'SCALE'}
         self.intensity = self._handle("GIZMO_GT_arrow_3d", "offset", _get_intensity, _set_intensity)
@@ -166,7 +172,7 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
         gizmo.color_highlight = (1.0, 1.0, 1.0)
         return gizmo
 
-    def draw_prepare(self, context):
+    def draw_prepare(self, context: bpy.types.Context) -> None:
         item = _active()
         if _before is not None and not any(gizmo.is_modal for gizmo in self.gizmos) and not bpy.app.timers.is_registered(_end):
             bpy.app.timers.register(_end)
@@ -190,14 +196,14 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
 class SLUICE_GT_border(bpy.types.Gizmo):
     """The border of a quad: a click selects its Empty."""
 
-    def draw(self, _context):
+    def draw(self, _context: bpy.types.Context) -> None:
         if self.is_highlight:
             self.draw_custom_shape(self.shape)
 
-    def draw_select(self, _context, select_id):
+    def draw_select(self, _context: bpy.types.Context, select_id: int) -> None:
         self.draw_custom_shape(self.shape, select_id=select_id)
 
-    def setup(self):
+    def setup(self) -> None:
         corners = ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
         self.shape = self.new_custom_shape('LINES', [corners[k % 4] for side in range(4) for k in (side, side + 1)])
 
@@ -209,13 +215,13 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
     bl_options = {'3D', 'PERSISTENT', 'SELECT'}
 
     @classmethod
-    def wanted(cls, context):
+    def wanted(cls, context: bpy.types.Context) -> bool:
         return any(map(model.is_part, context.view_layer.objects))
 
-    def setup(self, context):
+    def setup(self, context: bpy.types.Context) -> None:
         self.refresh(context)
 
-    def refresh(self, context):
+    def refresh(self, context: bpy.types.Context) -> None:
         """One border per quad; those left over wait, hidden."""
         items = model.visible_parts(context)
         while len(self.gizmos) < len(items):
@@ -229,7 +235,7 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
                 gizmo.target_set_operator("sluice.select_one").name = items[number].name
                 gizmo.matrix_basis = items[number].matrix_world @ Matrix.Scale(items[number].empty_display_size, 4)
 
-    def draw_prepare(self, context):
+    def draw_prepare(self, context: bpy.types.Context) -> None:
         for gizmo, item in zip(self.gizmos, model.visible_parts(context)):
             gizmo.matrix_basis = item.matrix_world @ Matrix.Scale(item.empty_display_size, 4)
 
@@ -237,12 +243,12 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
 _classes = (SLUICE_GT_border, SLUICE_GGT_borders, SLUICE_GGT_edit)
 
 
-def register():
+def register() -> None:
     for cls in _classes:
         bpy.utils.register_class(cls)
 
 
-def unregister():
+def unregister() -> None:
     if bpy.app.timers.is_registered(_end):
         bpy.app.timers.unregister(_end)
     for cls in reversed(_classes):

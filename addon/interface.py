@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -21,7 +22,13 @@ _UNIT = re.compile(r"(?<=\d) (?=%|\w{1,2}\b)")  # the space before a unit: no li
 # --- when they show ----------------------------------------------------------------------------------------------------------
 
 
-class Panel:
+if TYPE_CHECKING:
+    _Panel = bpy.types.Panel
+else:
+    _Panel = object  # Blender wants its own class as a base of the last class alone
+
+
+class Panel(_Panel):
     """A panel that shows for our engine alone."""
 
     bl_space_type = 'PROPERTIES'
@@ -88,7 +95,7 @@ def sentence(layout: bpy.types.UILayout, region: bpy.types.Region, text: str, ic
     box = layout.column(align=True)
     box.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(_UNIT.sub("\u00a0", text), width)):
-        box.label(text=line, icon=icon if number == 0 else 'BLANK1')
+        box.label(text=line, icon=icon if number == 0 else 'BLANK1')  # type: ignore[arg-type]
 
 
 def draw_expression(layout: bpy.types.UILayout, region: bpy.types.Region, owner: bpy.types.PropertyGroup, is_layer: bool = False) -> bool:

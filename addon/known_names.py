@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which names expressions can use: those that something in the scene answers to. Panels ask at each redraw, so they are kept until
 something happens that may change them."""
+from __future__ import annotations
+
 from collections import namedtuple
 
 import bpy
 
-from . import compat, handlers
+from . import compat, registration
 from .export.scene_names import Names
 
 Known = namedtuple("Known", "homes here elsewhere")  # here: names in the scene; elsewhere: of things that are in the file alone
 
-_known = {}  # (scene, numbers of things) -> Known
+_known: dict[tuple[str, int, int, int], Known] = {}  # (scene, numbers of things) -> Known
 
 
-def known(context):
+def known(context: bpy.types.Context) -> Known:
     """What names mean in the scene that the artist looks at."""
     data = bpy.data
     key = (context.scene.name_full, len(data.objects), len(data.collections), len(data.worlds))
@@ -85,10 +87,10 @@ def _forget(*_):
 _handlers = {"depsgraph_update_post": _scene_changed, "undo_post": _forget, "redo_post": _forget, "load_post": _forget}
 
 
-def register():
-    handlers.add(_handlers)
+def register() -> None:
+    registration.add_handlers(_handlers)
 
 
-def unregister():
-    handlers.remove(_handlers)
+def unregister() -> None:
+    registration.remove_handlers(_handlers)
     _known.clear()

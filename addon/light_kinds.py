@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What menus offer: kinds of light by plain names, each with the expression that takes it, and what can become of light. No bpy."""
+from __future__ import annotations
+
 from collections import namedtuple
 
 from . import expression_names
@@ -33,7 +35,7 @@ ACTIONS = (  # name, label, description, icon
 )
 
 
-def title(expression):
+def title(expression: str) -> str:
     """What an edit that takes this may be called: a kind's plain name, or by the last thing named."""
     for kind in ARRIVING:
         if kind.expression == expression:

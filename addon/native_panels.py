@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's own panels that hold for Sluice too: a name added to COMPAT_ENGINES, taken away again on unregister. No panel whose
 options Sluice ignores; ours for lamps and visibility are in panels.py. Also the shader nodes in the node editor's Add menu."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
 import bpy
 
 from .interface import ENGINE
@@ -25,10 +30,10 @@ _SHADERS = (
     "ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent", "ShaderNodeBsdfTransparent", "ShaderNodeEmission",
     "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeOutputMaterial", "ShaderNodeOutputWorld",
 )
-_adopted = []  # panels that carry our name because we put it there
+_adopted: list[Any] = []  # panels that carry our name because we put it there
 
 
-def compatible_panels():
+def compatible_panels() -> Iterator[Any]:
     """The native panels that shall show for Sluice."""
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", None)
@@ -44,7 +49,7 @@ class SLUICE_MT_add_shader(bpy.types.Menu):
     bl_idname = "SLUICE_MT_add_shader"
     bl_label = "Sluice Shader"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         world = context.space_data.shader_type == 'WORLD'
         for name in _SHADERS:
             node = getattr(bpy.types, name, None)
@@ -54,12 +59,13 @@ class SLUICE_MT_add_shader(bpy.types.Menu):
             entry.type, entry.use_transform = name, True
 
 
-def draw_add_shader(self, context):
+def draw_add_shader(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """The entry Sluice Shader in the node editor's Add menu."""
     if context.engine == ENGINE and context.space_data.tree_type == 'ShaderNodeTree':
         self.layout.menu("SLUICE_MT_add_shader", icon='NODE_MATERIAL')
 
 
-def register():
+def register() -> None:
     for panel in compatible_panels():
         if ENGINE not in panel.COMPAT_ENGINES:
             panel.COMPAT_ENGINES.add(ENGINE)
@@ -68,7 +74,7 @@ def register():
     bpy.types.NODE_MT_add.append(draw_add_shader)
 
 
-def unregister():
+def unregister() -> None:
     bpy.types.NODE_MT_add.remove(draw_add_shader)
     bpy.utils.unregister_class(SLUICE_MT_add_shader)
     for panel in _adopted:

@@ -3,7 +3,11 @@
 dimmed where they do not act, dashed where the last render found no light for them. Hidden by the overlay switch.
 
 Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
+from __future__ import annotations
+
 from collections import namedtuple
+from collections.abc import Iterable
+from typing import Any
 
 import bpy
 import numpy as np
@@ -14,12 +18,12 @@ from .interface import ENTRY_COLOR, EXIT_COLOR
 
 _TOWARDS_EYE = 0.004  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
 _DASHES = 9  # along each side
-_handles = []
+_handles: list[Any] = []
 
 Shape = namedtuple("Shape", "fills lines")  # lists of (points, colours), fills by triangles, lines by pairs
 
 
-def quad_corners(item):
+def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The four corners of an edit's quad in world space, counter-clockwise seen from the arrow's side, then the centre and the tip
     of the arrow."""
     s = item.empty_display_size
@@ -50,7 +54,7 @@ def _fill(edit, color):
     high = max(edit.tint)
     if edit.role == 'ENTRY' or min(edit.tint) == high:
         return color
-    return tuple(Color(part / high for part in edit.tint).from_scene_linear_to_srgb())
+    return tuple(Color([part / high for part in edit.tint]).from_scene_linear_to_srgb()[:])
 
 
 def _dashes(points):
@@ -59,7 +63,7 @@ def _dashes(points):
     return np.concatenate([a + steps * (b - a) for a, b in points.reshape(-1, 2, 3)])
 
 
-def shapes(items, scene):
+def shapes(items: Iterable[bpy.types.Object], scene: bpy.types.Scene) -> Shape:
     """What to draw for the Empties of edits: (points, colours) of triangles and of lines."""
     fills, lines = [], []
     for item in items:
@@ -104,7 +108,8 @@ def _draw_names():
     import blf
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
-    size, taken = 11 * context.preferences.system.ui_scale, []
+    size = 11 * context.preferences.system.ui_scale
+    taken: list[tuple[float, float, float]] = []  # (x, y, width) of the names that are drawn
     for item in model.visible_parts(context):
         color, strength, _dashed = _looks(item, context.scene)
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
@@ -113,12 +118,12 @@ def _draw_names():
         above = item.sluice.role == 'ENTRY'
         place = (max if above else min)(corners, key=lambda corner: corner.y)
         compat.text_size(blf, size)
-        width, line = blf.dimensions(0, item.name)[0], (1.3 if above else -1.3) * size
+        width, line = blf.dimensions(0, item.name)[0], (1.3 if above else -1.3) * size  # type: ignore[index]
         x, y = place.x + 4, place.y + (4 if above else -4 - size)
         while any(abs(y - other_y) < size and x < other_x + other_width and other_x < x + width for other_x, other_y, other_width in taken):
             y += line
         taken.append((x, y, width))
-        blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))
+        blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))  # type: ignore[call-arg]
         blf.enable(0, blf.SHADOW)
         blf.shadow(0, 3, 0, 0, 0, 0.8)
         blf.position(0, x, y, 0)
@@ -148,7 +153,7 @@ def _draw_batch(gpu, parts, region_3d, strength, region=None):
     points = np.concatenate([points for points, _color in parts])
     colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
     # Concatenated broadcast arrays come out column by column; the buffer wants rows
-    batch = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
+    batch: Any = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
                                             "color": np.ascontiguousarray(colors, np.float32)})
     shader.bind()
     if region is not None:
@@ -165,12 +170,12 @@ def _nearer(points, region_3d):
     return points + _TOWARDS_EYE * region_3d.view_distance * inverse[:3, 2]
 
 
-def register():
+def register() -> None:
     if not bpy.app.background:
         for draw, kind in ((_draw, 'POST_VIEW'), (_draw_names, 'POST_PIXEL')):
             _handles.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', kind))
 
 
-def unregister():
+def unregister() -> None:
     while _handles:
         bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), 'WINDOW')

@@ -2,9 +2,8 @@
 """Panels of the render settings, of lamps and of what objects show. Those of edits are in edit_panels.py."""
 import bpy
 
-from . import core
+from . import core, registration
 from .interface import Panel, column_of, sentence
-
 
 # --- render ----------------------------------------------------------------------------------------------------------------
 
@@ -16,7 +15,7 @@ class _RenderPanel(Panel):
 class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
     bl_label = "Sampling"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         try:
             core.load()
@@ -39,7 +38,7 @@ class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
 class SLUICE_PT_effects(_RenderPanel, bpy.types.Panel):
     bl_label = "Light"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         arrives = column.column(heading="Arriving")
         for name in ("use_direct", "use_caustics", "use_edited", "use_indirect"):
@@ -55,7 +54,7 @@ class SLUICE_PT_paths(_RenderPanel, bpy.types.Panel):
     bl_label = "Light Paths"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         column.prop(settings, "max_depth")
         column.prop(settings, "specular_threshold")
@@ -65,7 +64,7 @@ class SLUICE_PT_film(_RenderPanel, bpy.types.Panel):
     bl_label = "Film"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.prop(render, "filter_size")
         column.prop(render, "film_transparent", text="Transparent")
@@ -75,7 +74,7 @@ class SLUICE_PT_performance(_RenderPanel, bpy.types.Panel):
     bl_label = "Performance"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.prop(render, "threads_mode")
         sub = column.column()
@@ -88,10 +87,10 @@ class SLUICE_PT_simplify(_RenderPanel, bpy.types.Panel):
     bl_label = "Simplify"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.render, "use_simplify", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.active = render.use_simplify
         column.prop(render, "simplify_subdivision", text="Max Subdivision Viewport")
@@ -106,10 +105,10 @@ class SLUICE_PT_lamp(Panel, bpy.types.Panel):
     bl_context = "data"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.light is not None
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         lamp = context.light
         self.layout.row().prop(lamp, "type", expand=True)
         column = column_of(self)
@@ -153,10 +152,10 @@ class SLUICE_PT_visibility(Panel, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.object is not None
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         item, column = context.object, column_of(self)
         column.prop(item, "hide_select", text="Selectable", invert_checkbox=True, toggle=False)
         shown = column.column(heading="Show In")
@@ -173,4 +172,4 @@ _classes = (
     SLUICE_PT_performance, SLUICE_PT_lamp, SLUICE_PT_visibility,
 )
 
-register, unregister = bpy.utils.register_classes_factory(_classes)
+register, unregister = registration.of_classes(*_classes)

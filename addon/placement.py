@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the artist wants a quad to lie: on the selected faces, or at the 3D cursor."""
+from __future__ import annotations
+
 import bmesh
 import bpy
 import numpy as np
@@ -24,7 +26,7 @@ def _selected_faces(context):
     return (np.array(points), np.array(normal)) if points else None
 
 
-def find(context, size):
+def find(context: bpy.types.Context, size: float) -> tuple[Matrix, bool]:
     """(matrix, whether faces are selected) of where an edit would be made: on the selected faces, else at the 3D cursor."""
     faces = _selected_faces(context)
     if faces is not None:
@@ -43,7 +45,7 @@ def _view(context):
     return max(views, key=lambda area: area.width * area.height).spaces.active.region_3d if views else None
 
 
-def at_cursor(context):
+def at_cursor(context: bpy.types.Context) -> tuple[Matrix, float]:
     """(matrix, distance from the eye) at the 3D cursor: lying on the surface that the view shows there, if it shows one, else turned as
     the cursor is. Without a view: as if 8 m away."""
     cursor, view = context.scene.cursor.matrix, _view(context)
@@ -54,7 +56,7 @@ def at_cursor(context):
     distance = (place - back.translation).length if view.is_perspective else view.view_distance
     direction = (place - back.translation).normalized() if view.is_perspective else forward
     start = back.translation if view.is_perspective else place - forward * (10 * distance)
-    hit, found, normal, *_ = context.scene.ray_cast(context.evaluated_depsgraph_get(), start, direction)
+    hit, found, normal = context.scene.ray_cast(context.evaluated_depsgraph_get(), start, direction)[:3]  # type: ignore[index]
     if not hit or (found - place).length > _TOUCHES * distance:
         return cursor, distance
     x, y, z = quad_geometry.frame_from_normal(normal if normal.dot(direction) < 0 else -normal)

@@ -2,19 +2,20 @@
 """Expressions to choose from: ours by what they take, and the artist's own, kept as Blender presets (scripts/presets/sluice/expression).
 And names to choose from instead of typing them."""
 import ast
+from typing import Any
 
 import bl_operators.presets
 import bpy
 from bl_ui.utils import PresetPanel
 from bpy.props import EnumProperty, StringProperty
 
-from . import compat, expression_names, light_kinds, model
+from . import compat, expression_names, light_kinds, model, registration
 from .export.scene_names import Homes
 from .interface import OnOwnEntry
 
 SUBDIR = "sluice/expression"
 
-_items = []  # Blender keeps no copies of an enumeration's strings
+_items: list[tuple[Any, ...]] = []  # Blender keeps no copies of an enumeration's strings
 
 
 def _homes():
@@ -35,8 +36,9 @@ def _nouns(_self, context):
     found += [("X", homes.own(item)[0], "anything in this collection", 'OUTLINER_COLLECTION') for item in scene.collection.children_recursive]
     if scene.world is not None:
         found.append(("L", homes.own(scene.world)[0], "the world", 'WORLD'))
-    found = {f"{kind}:{name}": (f"{name}, {told}: {kind}{expression_names.quoted([name])}", icon) for kind, name, told, icon in found}
-    items = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(found.items())] or [("", "Nothing to name", "")]
+    labels = {f"{kind}:{name}": (f"{name}, {told}: {kind}{expression_names.quoted([name])}", icon) for kind, name, told, icon in found}
+    items: list[tuple[Any, ...]] = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(labels.items())]
+    items = items or [("", "Nothing to name", "")]
     if items != _items:  # strings that Blender may still show live on
         _items[:] = items
     return _items
@@ -51,14 +53,14 @@ class SLUICE_OT_insert_name(OnOwnEntry, bpy.types.Operator):
 
     noun: EnumProperty(name="Name", description="What the expression shall name", items=_nouns)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         edit = model.entry_of(context.object).sluice
         kind, _colon, name = self.noun.partition(":")
         if name:
             edit.expression = expression_names.with_name(edit.expression, kind, name)
         return {'FINISHED'}
 
-    def invoke(self, context, _event):
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         context.window_manager.invoke_search_popup(self)
         return {'RUNNING_MODAL'}
 
@@ -74,11 +76,11 @@ class SLUICE_OT_set_expression(OnOwnEntry, bpy.types.Operator):
     noun: EnumProperty(name="Name", description="What {} stands for", items=_nouns)
 
     @classmethod
-    def description(cls, _context, properties):
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         offered = (kind for group in light_kinds.GROUPS for kind in group)
         return next((kind.description for kind in offered if kind.expression == properties.expression), cls.__doc__)
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         expression = self.expression
         if "{}" in expression:
             name = self._named(context) or self.noun.partition(":")[2]
@@ -89,7 +91,7 @@ class SLUICE_OT_set_expression(OnOwnEntry, bpy.types.Operator):
         model.entry_of(context.object).sluice.expression = expression
         return {'FINISHED'}
 
-    def invoke(self, context, _event):
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         if "{}" not in self.expression or self._named(context):
             return self.execute(context)
         context.window_manager.invoke_search_popup(self)
@@ -110,7 +112,7 @@ class SLUICE_OT_load_expression(OnOwnEntry, bpy.types.Operator):
 
     filepath: StringProperty(name="File", description="The preset's file", subtype='FILE_PATH', options={'SKIP_SAVE'})
 
-    def execute(self, context):
+    def execute(self, context: bpy.types.Context) -> set[str]:
         expression = read_preset(self.filepath)
         if expression is None:
             self.report({'WARNING'}, f"{self.filepath} holds no expression")
@@ -119,7 +121,7 @@ class SLUICE_OT_load_expression(OnOwnEntry, bpy.types.Operator):
         return {'FINISHED'}
 
 
-def read_preset(path):
+def read_preset(path: str) -> str | None:
     """The expression that a preset's file assigns, or None. The file is read, never run."""
     try:
         with open(path, encoding="utf-8") as file:
@@ -149,7 +151,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
     preset_operator = "sluice.load_expression"
     preset_add_operator = "sluice.save_expression"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.emboss = 'PULLDOWN_MENU'
         layout.operator_context = 'INVOKE_DEFAULT'  # some ask for a name
@@ -158,11 +160,12 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
             for kind in group:
                 row = column.row()
                 row.alignment = 'LEFT'
-                row.operator("sluice.set_expression", text=kind.label, icon=compat.icon(kind.icon, 'LIGHT')).expression = kind.expression
+                icon: Any = compat.icon(kind.icon, 'LIGHT')
+                row.operator("sluice.set_expression", text=kind.label, icon=icon).expression = kind.expression
             layout.separator()
         layout.label(text="Own")
         if bpy.utils.preset_paths(SUBDIR):
-            bpy.types.Menu.draw_preset(self, context)
+            bpy.types.Menu.draw_preset(self, context)  # type: ignore[arg-type]
         else:
             self._draw_first(layout, context.window_manager)
 
@@ -177,4 +180,4 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
 
 _classes = (SLUICE_OT_insert_name, SLUICE_OT_set_expression, SLUICE_OT_load_expression, SLUICE_OT_save_expression, SLUICE_PT_expressions)
 
-register, unregister = bpy.utils.register_classes_factory(_classes)
+register, unregister = registration.of_classes(*_classes)

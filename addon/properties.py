@@ -3,15 +3,23 @@
 
 An edit lives on its Empty: keyframes, copies, parents and library overrides of the object are the edit's own."""
 import math
+from typing import Literal
 
 import bpy
 from bpy.props import (
-    BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty,
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
 )
 
 from . import model, passes, renaming
 
-OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
+OVERRIDABLE: set[Literal['LIBRARY_OVERRIDABLE']] = {'LIBRARY_OVERRIDABLE'}
 
 
 def _tag_owner(self, _context):
@@ -209,14 +217,14 @@ _classes = (SluiceObject, SluiceScene, SluiceLayer, SluiceViewLayer)
 _owners = ((bpy.types.Object, SluiceObject), (bpy.types.Scene, SluiceScene), (bpy.types.ViewLayer, SluiceViewLayer))
 
 
-def register():
+def register() -> None:
     for cls in _classes:
         bpy.utils.register_class(cls)
     for owner, cls in _owners:
         owner.sluice = PointerProperty(type=cls, override=OVERRIDABLE)
 
 
-def unregister():
+def unregister() -> None:
     for owner, _cls in _owners:
         del owner.sluice
     for cls in reversed(_classes):

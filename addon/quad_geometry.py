@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a new quad lies: the smallest rectangle round points in a plane, as the matrix of an Empty of display size 1. No bpy."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
+
+Numbers: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 _MIN_HALF = 1e-4  # m; a rectangle round a line or a point still has an area
 
 
-def frame_from_normal(normal):
+def frame_from_normal(normal: Numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A right-handed orthonormal (x, y, normal), x as level as it can be."""
     n = np.asarray(normal, np.float64)
     length = np.linalg.norm(n)
@@ -17,7 +24,7 @@ def frame_from_normal(normal):
     return x, np.cross(n, x), n
 
 
-def fit_quad(points, normal):
+def fit_quad(points: Numbers, normal: Numbers) -> np.ndarray:
     """4 × 4 matrix of the smallest rectangle that covers `points` seen along `normal`. It lies in the plane of the point that
     stands out most, so that all of them are behind it; its local Z is the normal (the arrow)."""
     points = np.asarray(points, np.float64).reshape(-1, 3)
@@ -36,7 +43,7 @@ def fit_quad(points, normal):
 
 def _smallest_rectangle(flat):
     """(angle, low, high) of the least rectangle round 2D points: one of its sides lies on an edge of their hull."""
-    best = None
+    best: tuple[float, float, np.ndarray, np.ndarray] | None = None
     hull = _hull(flat)
     edges = np.roll(hull, -1, axis=0) - hull
     angles = {0.0} | {float(np.arctan2(dy, dx)) % (np.pi / 2) for dx, dy in edges if abs(dx) + abs(dy) > 1e-12}
@@ -47,6 +54,7 @@ def _smallest_rectangle(flat):
         area = float(np.prod(high - low))
         if best is None or area < best[0] * (1 - 1e-9):
             best = (area, angle, low, high)
+    assert best is not None  # angle 0 is tried always
     return best[1:]
 
 
@@ -57,7 +65,7 @@ def _hull(flat):
         return np.array(points)
 
     def half(sequence):
-        chain = []
+        chain: list[tuple[float, float]] = []
         for p in sequence:
             while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0:
                 chain.pop()
@@ -71,7 +79,7 @@ def _turn(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def beside(matrix, gap=0.15):
+def beside(matrix: Numbers, gap: float = 0.15) -> np.ndarray:
     """The matrix moved along its own X by its width and a gap: where the exit of a new pair starts."""
     moved = np.array(matrix, np.float64)
     moved[:3, 3] += moved[:3, 0] * (2 + 2 * gap)

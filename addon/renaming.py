@@ -4,11 +4,14 @@ appends, overrides or makes it local finds the new name in the expressions of ed
 
 Blender tells nobody of that, so what each name means is remembered and looked at after each change of the scene.
 No undo step is made: undoing the rename brings back both names, and a step in between is followed again."""
+from __future__ import annotations
+
 from collections import namedtuple
+from typing import Any
 
 import bpy
 
-from . import compat, copies, expression_names, handlers, model
+from . import compat, copies, expression_names, model, registration
 from .export.scene_names import Homes
 
 _HOMES = ("objects", "collections", "worlds")
@@ -20,15 +23,15 @@ _Owner = namedtuple("_Owner", "library stem texts meanings")
 # A thing that a name means, what it looks like, and whether it is in the owner's scene, not in an instance alone
 _Meant = namedtuple("_Meant", "identity look is_here")
 
-_owners = {}    # identity -> _Owner
-_places = {}    # where an owner or what a name means was found -> its identity
+_owners: dict[Any, _Owner] = {}    # identity -> _Owner
+_places: dict[tuple[str, str, str | None], Any] = {}    # where an owner or what a name means was found -> its identity
 _known = None   # identities of all that can be named; None: nobody looked yet
-_past = {}      # old name -> identity of what was renamed
-_copied = {}    # (place of an owner, expression it was copied with) -> the expression of its own
+_past: dict[str, Any] = {}      # old name -> identity of what was renamed
+_copied: dict[tuple[tuple[str, str, str | None], str], str] = {}    # (place of an owner, expression it was copied with) -> the expression of its own
 _seen = None    # how many there were of each kind; None: an expression changed
 
 
-def expression_changed():
+def expression_changed() -> None:
     """The names in use are to be remembered anew."""
     global _seen
     _seen = None
@@ -75,24 +78,25 @@ def _count():
 class _File:
     """All that can be named, as it is now."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         kinds = [getattr(bpy.data, kind) for kind in _HOMES]
         self.homes = Homes(*kinds)
-        self.items, self._called = {}, {}
+        self.items: dict[Any, bpy.types.ID] = {}
+        self._called: dict[str, list[bpy.types.ID]] = {}
         for item in (item for kind in kinds for item in kind):
             self.items[_identity(item)] = item
             for name in (item.name,) if item.library is None else (item.name, item.name_full):
                 self._called.setdefault(name, []).append(item)
 
-    def meant(self, name, library):
+    def meant(self, name: str, library: bpy.types.Library | None) -> list[bpy.types.ID]:
         """What a name means in an expression of `library`."""
         homes, called = self.homes.meant(name, library), self._called.get(name, [])
         return [item for item in called if not homes or item.library in homes]
 
-    def old(self, arrivals):
+    def old(self, arrivals: set[bpy.types.ID]) -> list[bpy.types.ID]:
         return [item for item in self.items.values() if item not in arrivals]
 
-    def called(self, targets, library):
+    def called(self, targets: set[bpy.types.ID], library: bpy.types.Library | None) -> list[str]:
         """Names that mean these things and, where there are such names, nothing else."""
         return [item.name if set(self.meant(item.name, library)) <= targets else item.name_full for item in targets]
 
@@ -158,7 +162,7 @@ def _stand_in(meant, name, item, is_moved, file, arrivals):
     return took[0] if took else other
 
 
-def follow(is_undone=False):
+def follow(is_undone: bool = False) -> None:
     """Looks whether what is named was renamed or copied. Cheap while nothing was: a few names are asked."""
     is_lost = any((item := _at(place)) is None or _identity(item) != identity for place, identity in _places.items())
     if not is_lost and _seen == _count():
@@ -193,7 +197,7 @@ def _follow_in(item, group, file, arrivals, is_undone):
     return [f"{old} is now {text}"]
 
 
-def notice(text):
+def notice(text: str) -> None:
     """A sentence in the status bar, for a while."""
     if bpy.app.background:
         print(f"sluice: {text}", flush=True)
@@ -247,16 +251,16 @@ _handlers = {"depsgraph_update_post": _scene_changed, "save_pre": _scene_changed
              "redo_post": _undone, "load_post": _file_loaded}
 
 
-def register():
-    handlers.add(_handlers)
+def register() -> None:
+    registration.add_handlers(_handlers)
     if not bpy.app.background:
         bpy.app.timers.register(_look, first_interval=_LOOK_SECONDS, persistent=True)
 
 
-def unregister():
+def unregister() -> None:
     global _known
     _known = None
-    handlers.remove(_handlers)
+    registration.remove_handlers(_handlers)
     for timer in (_look, _clear_notice):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a running render shows: status line, progress bar, memory, and the image as it refines."""
+from __future__ import annotations
+
 import json
 import os
 import time
+from typing import Any, TypeAlias
 
 import bpy
 
-from . import passes
+from . import core, passes
+
+Progress: TypeAlias = dict[str, Any]  # what Session.progress() tells
 
 _STOPS = {
     'passes': "all passes done", 'time': "stopped by the time limit", 'error': "stopped at the error target",
@@ -14,18 +19,19 @@ _STOPS = {
 }
 
 
-def in_background():
+def in_background() -> bool:
+    """Does Blender run without a window? Asked through a function, so that tests can answer."""
     return bpy.app.background
 
 
-def duration(seconds):
+def duration(seconds: float) -> str:
     """0:07, 12:34, 1:02:03."""
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-def count(number):
+def count(number: float) -> str:
     """1,234 as it is; 12.3 k, 4.5 M, 6.7 G above."""
     for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e4)):
         if number >= size:
@@ -33,7 +39,7 @@ def count(number):
     return f"{int(number):,}"
 
 
-def line(progress):
+def line(progress: Progress) -> str:
     """The status line of a session."""
     if progress["state"] == 'compiling':
         return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
@@ -54,7 +60,7 @@ def _unmet(progress):
     return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
 
 
-def summary(progress):
+def summary(progress: Progress) -> str:
     """One sentence at the end: what was done and why it stopped."""
     parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
              f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
@@ -73,12 +79,12 @@ class Stream:
     first, each time later by twice as much, to 16 s, since Blender prints a line each time), images so that copying them takes
     less than a thirtieth of the time."""
 
-    def __init__(self, engine, result, names, enabled):
+    def __init__(self, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult, names: list[str], enabled: bool) -> None:
         self._engine, self._result, self._names, self._enabled = engine, result, names, enabled
         self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
         self._next_image, self._shown_pass = 0.0, 0
 
-    def refresh(self, session):
+    def refresh(self, session: core.Session) -> None:
         progress = session.progress()
         now = time.monotonic()
         if now >= self._next_line:
@@ -116,22 +122,22 @@ class ProgressLog:
     the file anew and appends its other renders: the frames of an animation, each of its view layers."""
 
     _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
-    _begun = set()  # files of this process
+    _begun: set[str | None] = set()  # files of this process
 
-    def __init__(self, frame, layer):
+    def __init__(self, frame: int, layer: str) -> None:
         path = os.environ.get("SLUICE_PROGRESS_LOG")
         mode = "a" if path in self._begun else "w"
         self._begun.add(path)
         self._file = open(path, mode, encoding="utf-8") if path else None  # noqa: SIM115  (closed by close, or with the process)
         self._pass, self._of = 0, {"frame": frame, "view_layer": layer}
 
-    def write(self, session):
+    def write(self, session: core.Session) -> None:
         if self._file is None or session.progress()["pass"] == self._pass:
             return
         self._pass = session.progress()["pass"]
         self._put(session, {})
 
-    def close(self, session, warnings):
+    def close(self, session: core.Session, warnings: list[tuple[str, str]]) -> None:
         if self._file is None:
             return
         found = warnings + [tuple(warning) for warning in session.warnings()]

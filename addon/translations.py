@@ -47,9 +47,9 @@ def _table():
     return {locale: words for locale in ("fr_FR", "fr")}  # 4.5 has the shorter one
 
 
-def register():
+def register() -> None:
     bpy.app.translations.register(__package__, _table())
 
 
-def unregister():
+def unregister() -> None:
     bpy.app.translations.unregister(__package__)

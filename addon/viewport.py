@@ -4,9 +4,12 @@ render; Blender's only copies the last finished image and draws it. Nothing here
 
 Orbiting, moving an edit and turning a knob start from what the first session has compiled; all else copies the scene anew. A coarse
 image is never given up before it is seen, so that the picture follows a hand that does not stop."""
+from __future__ import annotations
+
 import functools
 import time
 import weakref
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -15,6 +18,9 @@ from . import changes, core, edit_statistics, export, final, render_progress
 from .export.camera import export_view
 from .export.scene_names import Names
 from .export.settings import export_settings
+
+if TYPE_CHECKING:
+    from .engine import SluiceRenderEngine
 
 _LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
 _COARSE = {8: {"photons": 4096, "pilot_paths": 1 << 11}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
@@ -27,7 +33,7 @@ _HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf,
 class View:
     """One 3D view: the scene as it was last copied, the session that renders it, the last image."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.description = None  # without camera and frame
         self.settings = None
         self.exported = None  # the context of the last copy
@@ -44,13 +50,13 @@ class View:
         self.drawn = 0.0  # when it was drawn last
         self.redraw = 0.0  # seconds that the whole window's redraw took then
 
-    def stop(self):
+    def stop(self) -> None:
         if self.session is not None:
             core.retire(self.session)
             self.session = None
 
 
-def update(engine, context, depsgraph):
+def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
     """The scene changed: copies what is new. The first call comes with no list of updates."""
     try:
         view = engine.view = engine.view or View()
@@ -103,7 +109,7 @@ def _settings(depsgraph):
     return found if found["use_animated_seed"] else {**found, "frame": 0}  # else frames in which nothing moves are one picture
 
 
-def draw(engine, context, depsgraph):
+def draw(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
     """Draws the last finished image; starts over when the view moved (orbiting calls draw alone)."""
     try:
         view = engine.view
@@ -228,8 +234,9 @@ def _make_texture(pixels):
     import gpu  # not at the top: without a window the module is there but must not be asked
     height, width = pixels.shape[:2]
     clamped = np.ascontiguousarray(np.clip(pixels, 0, _HALF_MAX), np.float32)
-    buffer = gpu.types.Buffer('FLOAT', width * height * 4, clamped.reshape(-1))
-    return gpu.types.GPUTexture((width, height), format='RGBA16F', data=buffer)
+    types: Any = gpu.types  # the stubs know none of their arguments
+    buffer = types.Buffer('FLOAT', width * height * 4, clamped.reshape(-1))
+    return types.GPUTexture((width, height), format='RGBA16F', data=buffer)
 
 
 def _draw_image(view, region):
@@ -252,7 +259,7 @@ def _fail(engine, error):
     engine.tag_redraw()
 
 
-def free(view):
+def free(view: View | None) -> None:
     """The engine goes away, or None: nothing of its view may run on."""
     if view is not None:
         view.stop()

@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The camera, and the part of its frame that is rendered."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import compat
+from .description import Description, Rows, Warn
+
+if TYPE_CHECKING:
+    import bpy
 
 _FITS = {'AUTO': 'Auto', 'HORIZONTAL': 'Horizontal', 'VERTICAL': 'Vertical'}
 
 
-def export_camera(item, matrix_world, warn):
+def export_camera(item: bpy.types.Object, matrix_world: Rows, warn: Warn) -> Description:
     """A CameraDescription. Cameras ignore their scale, as everywhere in Blender."""
     lens = item.data
     kind = 'Orthographic' if lens.type == 'ORTHO' else 'Perspective'
@@ -46,7 +54,7 @@ def _depth_of_field(lens, kind, matrix):
     }
 
 
-def export_frame(width, height, render):
+def export_frame(width: int, height: int, render: bpy.types.RenderSettings) -> Description:
     """A FrameDescription of the full frame, cut to the render border as Blender's pipeline cuts it (float32, truncated)."""
     x0, y0, x1, y1 = 0, 0, width, height
     if render.use_border:
@@ -60,7 +68,7 @@ def export_frame(width, height, render):
     }
 
 
-def export_view(view_matrix, window_matrix, is_perspective, size):
+def export_view(view_matrix: Rows, window_matrix: Rows, is_perspective: bool, size: tuple[int, int]) -> tuple[Description, Description]:
     """The camera and the frame of a 3D view, from its matrices alone: free views and camera views with any zoom and offset."""
     width, height = size
     window = compat.matrix(window_matrix)

@@ -1,9 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edits: the Empties that are entries, each with the exits that name it."""
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 from .. import compat
+from .description import Description
+
+if TYPE_CHECKING:
+    import bpy
+
+    from . import Context
 
 
-def export_edits(objects, context, solo=None):
+def export_edits(objects: Iterable[bpy.types.Object], context: Context, solo: bpy.types.Object | None = None) -> list[Description]:
     """The EditDescriptions of the evaluated objects of a view layer, sorted by order. Copies of an Empty carry the order of the
     original: of equals, the core lets the first act first. `solo`: the entry whose edit acts alone."""
     empties = [item for item in objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']

@@ -2,12 +2,22 @@
 """Meshes, and the instances that show them. Curves, text, surfaces and metaballs reach us from the depsgraph as meshes.
 
 All arrays are read with foreach_get; nothing runs once per vertex in Python."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import compat
 from . import light as light_export
+from .description import Description
 from .instancers import Instancers
 from .racing import racing_modifier
+
+if TYPE_CHECKING:
+    import bpy
+
+    from . import Context
 
 # Kinds of data that make a picture elsewhere and none here
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
@@ -15,10 +25,13 @@ _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not
             'GREASEPENCIL': "grease pencil is not rendered"}
 
 
-def export_objects(depsgraph, context):
+def export_objects(depsgraph: bpy.types.Depsgraph, context: Context) -> tuple[list[Description], list[Description], list[Description]]:
     """(meshes, instances, lights) of all that is visible. A mesh is exported once, however many instances share it."""
-    meshes, instances, lights = [], [], []
-    mesh_indices, instancers = {}, Instancers()
+    meshes: list[Description] = []
+    instances: list[Description] = []
+    lights: list[Description] = []
+    mesh_indices: dict[bpy.types.Mesh, int] = {}
+    instancers = Instancers()
     for count, instance in enumerate(depsgraph.object_instances):  # an instance must not be kept past its step
         if count % 256 == 0:
             context.check_cancel()
@@ -57,7 +70,7 @@ def _append_mesh(item, meshes):
     return len(meshes) - 1
 
 
-def export_mesh(mesh, is_metaball=False):
+def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description | None:
     """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat, or if the
     core can make them of the polygons; those of metaballs come from their field."""
     mesh.calc_loop_triangles()
@@ -172,7 +185,7 @@ def _warn_of_races(item, context):
                                          "Blender adds up in no fixed order; Blender 4.1 and later do, or apply the modifier")
 
 
-def name_hash(name):
+def name_hash(name: str) -> int:
     """Object Info's random number of an object that is no instance, as Cycles makes it: Jenkins' hash of a hash of the name."""
     value, mask = 0, 0xffffffff
     for byte in name.encode():

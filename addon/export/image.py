@@ -1,8 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images as pixels that Blender has decoded: packed, generated and file images alike, in whatever format."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import compat
+from .description import Description, Warn
+
+if TYPE_CHECKING:
+    import bpy
 
 MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # larger ones are refused before anything is allocated
 
@@ -10,12 +18,12 @@ MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # larger ones are refused before anyth
 class ImageTable:
     """The images of a description, each once per colour space. `warn(item, message)` is told what is wrong with one."""
 
-    def __init__(self, warn):
-        self.images = []
-        self._indices = {}
+    def __init__(self, warn: Warn) -> None:
+        self.images: list[Description] = []
+        self._indices: dict[tuple[str, str], int] = {}
         self._warn = warn
 
-    def index(self, image, color_space=None):
+    def index(self, image: bpy.types.Image | None, color_space: str | None = None) -> int:
         """Index of a Blender image, -1 for None. A missing or unreadable one has no pixels: the core draws a placeholder."""
         if image is None:
             return -1

@@ -1,6 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects make an instance. Blender tells the one in the scene alone, not those between: an instance of an instance of a
 collection. It lists instances depth first, each before those that it makes, with the numbers of the way to it."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import bpy
 
 _NONE = (0x7fffffff, -1)  # numbers behind the last one
 
@@ -8,12 +14,13 @@ _NONE = (0x7fffffff, -1)  # numbers behind the last one
 class Instancers:
     """To be asked of every instance, in the order of the depsgraph."""
 
-    def __init__(self):
-        self._parent = None
-        self._open = []  # (way, original) of the instances that the last one lies in, outermost first, itself last
-        self._members = {}
+    def __init__(self) -> None:
+        self._parent: bpy.types.Object | None = None
+        # (way, original) of the instances that the last one lies in, the outermost first and the last one itself at the end
+        self._open: list[tuple[tuple[int, ...], bpy.types.Object]] = []
+        self._members: dict[bpy.types.Collection | None, list[bpy.types.Object]] = {}
 
-    def of(self, instance):
+    def of(self, instance: bpy.types.DepsgraphObjectInstance) -> tuple[bpy.types.Object, ...]:
         """The originals of the objects that make an instance, nearest first."""
         if instance.parent is None:
             return ()

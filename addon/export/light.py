@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps. Power is what the lamp's panel shows (W; sun W/m²); the core knows Cycles' conventions."""
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from .. import compat
+from .description import Description, Rows, Warn
 from .material import light_emission
+
+if TYPE_CHECKING:
+    import bpy
 
 _KINDS = {'POINT': 'Point', 'SPOT': 'Spot', 'SUN': 'Sun', 'AREA': 'Area'}
 _SHAPES = {'SQUARE': 'Square', 'RECTANGLE': 'Rectangle', 'DISK': 'Disk', 'ELLIPSE': 'Ellipse'}
 
 
-def export_light(item, matrix_world, names, warn):
+def export_light(item: bpy.types.Object, matrix_world: Rows, names: list[str], warn: Warn) -> Description:
     """A LightDescription of a lamp object at `matrix_world`."""
     lamp = item.data
     tint, factor = light_emission(lamp, warn)

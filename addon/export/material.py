@@ -2,9 +2,21 @@
 """Node trees as flat lists of nodes (cpp/shading/nodes.h says what they mean). Groups, reroutes and muted nodes disappear here;
 everything else passes under Blender's own names, and the core warns of what it does not know. `images` is an ImageTable,
 `warn(item, message)` a place for warnings. Socket identifiers hardly change between Blender 3.4 and 5.x: `_canonical` holds the rest."""
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+
+from .description import Description, Warn
+
+if TYPE_CHECKING:
+    import bpy
+
+    from .image import ImageTable
+
+GroupPath: TypeAlias = tuple["bpy.types.Node", ...]  # the group nodes that a node lies in, outermost first
 
 _OPTIONS = (
     "interpolation", "extension", "projection", "projection_blend", "operation", "use_clamp", "data_type", "blend_type", "clamp_factor",
@@ -26,19 +38,19 @@ _BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
 _MAX_NODES = 4097  # one more than the core takes, so that it says so
 
 
-def export_material(material, images, warn):
+def export_material(material: bpy.types.Material, images: ImageTable, warn: Warn) -> Description:
     """A MaterialDescription of an (evaluated) material."""
     return _export(material, 'ShaderNodeOutputMaterial', images, warn) or _plain(
         material.name, "BsdfDiffuse", {"Color": _four(material.diffuse_color), "Roughness": [0.0] * 4})
 
 
-def export_world(world, images, warn):
+def export_world(world: bpy.types.World, images: ImageTable, warn: Warn) -> Description:
     """A MaterialDescription whose surface is the world's background."""
     return _export(world, 'ShaderNodeOutputWorld', images, warn) or _plain(
         world.name, "Background", {"Color": _four(world.color), "Strength": [1.0] * 4})
 
 
-def light_emission(light, warn):
+def light_emission(light: bpy.types.Light, warn: Warn) -> tuple[tuple[float, ...], float]:
     """(colour, strength) that a lamp's node tree multiplies its own with: an Emission node fed by numbers, colours or a Blackbody.
     Anything else is said and left out."""
     found = _export(light, 'ShaderNodeOutputLight', None, warn)
@@ -114,23 +126,24 @@ def _active_output(tree, output_type):
 class _Link:
     """The output of a real node, met inside the groups of `path` (a tuple of group nodes, outermost first)."""
 
-    def __init__(self, node, output, path):
+    def __init__(self, node: bpy.types.Node, output: str, path: GroupPath) -> None:
         self.node, self.output, self.path = node, output, path
 
 
 class _Flattener:
-    def __init__(self, name, images, warn):
-        self.nodes = []
+    def __init__(self, name: str, images: ImageTable | None, warn: Warn) -> None:
+        self.nodes: list[Description] = []
         self._name, self._images, self._warn = name, images, warn
-        self._indices, self._waiting = {}, []
+        self._indices: dict[tuple[str, ...], int] = {}
+        self._waiting: list[tuple[int, _Link]] = []
 
-    def finish(self):
+    def finish(self) -> None:
         """Exports the inputs of the nodes met so far, and so on until no new ones turn up."""
         while self._waiting:
             index, link = self._waiting.pop()
             self.nodes[index]["inputs"] = self._inputs(link.node, link.path)
 
-    def node_index(self, link):
+    def node_index(self, link: _Link) -> int:
         """Place of a real node in the list; it is added when first met."""
         key = (*(group.name for group in link.path), link.node.name)
         if key not in self._indices and len(self.nodes) < _MAX_NODES:
@@ -139,7 +152,7 @@ class _Flattener:
             self._waiting.append((self._indices[key], link))
         return self._indices.get(key, 0)
 
-    def source_of(self, socket, path):
+    def source_of(self, socket: bpy.types.NodeSocket | None, path: GroupPath) -> _Link | bpy.types.NodeSocket | None:
         """What feeds an input: a _Link, or the socket that holds its value (the input itself, or one of a group further out)."""
         while True:
             link = next((link for link in socket.links if not link.is_muted and link.is_valid), None) if socket.is_linked else None

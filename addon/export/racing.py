@@ -3,12 +3,19 @@
 
 Before 4.1, normals at vertices are added up on threads that race. What modifiers build along them differs in its last bits from one
 reading of a file to the next; which ones do was measured in 3.4."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from .. import compat
+
+if TYPE_CHECKING:
+    import bpy
 
 _FACES_OF_A_THREAD = 1024  # as Blender deals them out: fewer are added up by one thread, in their order
 
 
-def racing_modifier(item):
+def racing_modifier(item: bpy.types.Object) -> bpy.types.Modifier | None:
     """The first modifier of an evaluated mesh object that builds along normals which race; None: its geometry is steady."""
     if not compat.builds_on_racing_normals(item.data) or len(item.data.polygons) <= _FACES_OF_A_THREAD:
         return None

@@ -114,9 +114,12 @@ def python_in_core(root):
 
 
 def blender_in_exporters(root):
+    """Exporters run without Blender: they may import it for mypy alone."""
     complaints = []
     for path in python_files(root, "addon/export"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        tree = ast.parse(path.read_text())
+        tree.body = [node for node in tree.body if not (isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING")]
+        for node in ast.walk(tree):
             modules = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             complaints += [f"{path.relative_to(root)}:{node.lineno}: {m}" for m in modules if m.split(".")[0] in {"bpy", "bpy_extras", "gpu"}]
     return complaints
@@ -135,6 +138,23 @@ def interface_among_itself(root):
             if isinstance(node, ast.ImportFrom) and node.level:
                 names = [alias.name for alias in node.names] if node.module is None else [node.module]
                 complaints += [f"{path.relative_to(root)}:{node.lineno}: {name}" for name in names if name in shown]
+    return complaints
+
+
+def untold_functions(root):
+    """The add-on's public functions and methods tell the types of what they take and return (mypy checks them), and functions what they do."""
+    complaints = []
+    for path in python_files(root, "addon"):
+        tree = ast.parse(path.read_text())
+        methods = [node for cls in tree.body if isinstance(cls, ast.ClassDef) for node in cls.body]
+        for node in [*tree.body, *methods]:
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("_") and node.name != "__init__":
+                continue
+            arguments = node.args.posonlyargs + node.args.args + node.args.kwonlyargs + [a for a in (node.args.vararg, node.args.kwarg) if a]
+            typed = node.returns is not None and all(a.annotation is not None for a in arguments if a.arg not in {"self", "cls"})
+            told = node in methods or node.name in {"register", "unregister"} or ast.get_docstring(node)
+            if not typed or not told:
+                complaints.append(f"{path.relative_to(root)}:{node.lineno}: {node.name}")
     return complaints
 
 
@@ -201,6 +221,7 @@ BAD = {
     python_in_core: ("cpp/render/a.cpp", "#include <pybind11/pybind11.h>\n"),
     blender_in_exporters: ("addon/export/a.py", "def f():\n    from bpy.types import Object\n"),
     interface_among_itself: ("addon/a.py", "from .a import f\n\n\nclass SLUICE_OT_a:\n    pass\n"),
+    untold_functions: ("addon/a.py", 'def f(x) -> None:\n    """Does it."""\n'),
     printing: ("cpp/base/a.cpp", 'void f() { std::printf("x"); }\n'),
     threads_elsewhere: ("cpp/render/a.cpp", "std::jthread worker;\n"),
     indirect_calls: ("cpp/transport/a.h", "std::function<void()> next;\n"),
@@ -213,6 +234,8 @@ BAD = {
 NOT_BAD = {  # what a careless rule would take for a breach
     wrong_arrows: ("cpp/scene/a.cpp", '#include <vector>\n// #include "render/session.h"\n'),
     interface_among_itself: ("addon/a.py", "from . import core\nfrom .interface import Panel\n\n\nclass SLUICE_PT_a(Panel):\n    pass\n"),
+    untold_functions: ("addon/a.py", 'def f(x: int) -> None:\n    """Does it."""\n\n\ndef _g(x):\n    pass\n\n\nclass A:\n    def h(self) -> None:\n        pass\n'),
+    blender_in_exporters: ("addon/export/a.py", "if TYPE_CHECKING:\n    import bpy\n"),
     printing: ("cpp/base/a.cpp", '// std::cout is for others\nauto text = "exit(1)"; std::snprintf(b, n, "%d", 1);\n'),
     threads_elsewhere: ("cpp/base/threads.cpp", "std::jthread worker; std::this_thread::yield();\n"),
     long_functions: ("cpp/base/a.cpp", ("void f(int a) {\n" + "  g();\n" * 40 + "}\n") * 2),
@@ -267,6 +290,15 @@ def test_lint():
     if not ruff.exists():
         pytest.skip("no ruff in .venv")
     result = subprocess.run([ruff, "check", "--no-cache", ROOT], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+
+
+def test_types():
+    """mypy, with the settings of pyproject.toml and types of Blender 3.4 (./run setup puts both into .venv)."""
+    mypy = ROOT / ".venv/bin/mypy"
+    if not mypy.exists():
+        pytest.skip("no mypy in .venv")
+    result = subprocess.run([mypy], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
 
 
