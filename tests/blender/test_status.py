@@ -3,14 +3,14 @@
 import json
 
 import bpy
-from test_final import _Engine, _job, edited_scene  # noqa: F401
+from stand_ins import Engine, job_of_engine
 
 
 def test_progress_log(fake_core, monkeypatch, tmp_path):
     from sluice import final
     monkeypatch.setenv("SLUICE_PROGRESS_LOG", str(tmp_path / "log.jsonl"))
-    engine = _Engine()
-    engine.job = _job()
+    engine = Engine()
+    engine.job = job_of_engine()
     engine.job.settings.update(passes=5, photons=5 * 10**6)  # 0.05 s a pass
     engine.job.warnings = [("Lamp", "is off")]
     final.render(engine)
@@ -21,7 +21,7 @@ def test_progress_log(fake_core, monkeypatch, tmp_path):
     assert "statistics" in rows[-1] and "statistics" not in rows[0]
 
 
-def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):  # noqa: F811
+def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):
     """Of every frame; a new process begins the file anew."""
     path = tmp_path / "log.jsonl"
     path.write_text("of a process before\n")

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from mathutils import Matrix
-from test_core import room  # noqa: F401  (fixtures)
 from windowless import Window
 
 
@@ -217,7 +216,7 @@ def test_what_was_retired_is_kept_until_it_is_over(fake_core, monkeypatch):
     assert not door._ending
 
 
-def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypatch):  # noqa: F811
+def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypatch):
     """With the real core: an exit is dragged and the view turns; bit by bit what a view shows that opens now."""
     from sluice import viewport
     monkeypatch.setattr(viewport, "_AT_ONCE", 60)  # on a slow machine the coarse image under way as the view turns would be one more
