@@ -24,10 +24,16 @@ def scenes_of(item: bpy.types.ID) -> set[bpy.types.Scene]:
     if isinstance(item, bpy.types.Scene):
         return {item}
     if isinstance(item, bpy.types.Object):
-        return set(item.users_scene)
+        return {scene for scene in bpy.data.scenes if _is_in(scene, item)}
     if isinstance(item, bpy.types.World):
         return {scene for scene in bpy.data.scenes if scene.world == item}
     return {scene for scene in bpy.data.scenes if item in scene.collection.children_recursive}
+
+
+def _is_in(scene: bpy.types.Scene, item: bpy.types.Object) -> bool:
+    """Does the scene hold the object? Several times quicker than Object.users_scene, which copies the list of all objects."""
+    found = scene.objects.get(item.name)
+    return found == item or found is not None and item in scene.objects[:]  # a linked object may have the name of a local one
 
 
 # What is like it: the kind and the name without its number must be a copy's too; copies lie where the original lies, or hold the like
