@@ -39,7 +39,7 @@ from . import (  # noqa: E402
     translations,
 )
 
-_registered = (  # in this order; taken away in the opposite one
+_registered = (  # They are registered in this order and taken away in the opposite one.
     translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, layers, native_panels, engine,
     arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
 )
@@ -59,7 +59,7 @@ def register() -> None:
 
 def unregister() -> None:
     if _before_load not in bpy.app.handlers.load_pre:
-        return  # done by _at_exit; Blender as a module asks again
+        return  # _at_exit has done it already: Blender as a Python module asks a second time.
     atexit.unregister(_at_exit)
     core.stop_all()
     bpy.app.handlers.load_pre.remove(_before_load)

@@ -11,7 +11,8 @@ from .export.settings import export_settings
 
 _PLACE, _NOTHING = "Edit Light Here", "LL"
 _POLL = 0.1
-_NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}  # nobody looks at it
+# Nobody looks at the picture of this session, so it costs as little as it can.
+_NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}
 
 
 def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.ndarray) -> core.Session:
@@ -123,7 +124,8 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
             for expression, share in arrivals:
                 row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
                 row.name = light_kinds.title(expression)
-                row.expression, row.action, row.size = expression, 'MOVE', size  # else Blender takes those of last time
+                # All of them are set: Blender fills in the rest from the last call.
+                row.expression, row.action, row.size = expression, 'MOVE', size
 
         context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')
 

@@ -9,16 +9,16 @@ import numpy as np
 if TYPE_CHECKING:
     import bpy
 
-NOTHING, EDITS, THINGS = range(3)  # nothing to see; edits or settings at most; whatever else
-# A view has its own camera; what an action moves is listed itself
+NOTHING, EDITS, THINGS = range(3)  # What may have changed: nothing that is seen; edits or settings at most; anything.
+# Updates of these change no picture: a view has a camera of its own, and what an action moves is listed itself.
 _UNSEEN = {"Action", "Brush", "Screen", "Text", "WindowManager", "WorkSpace", "Palette", "Sound", "Camera"}
 
 
 def of(depsgraph: bpy.types.Depsgraph) -> int:
     """The largest of the kinds above that the updates may be. Scene: (de)selection, but also what is hidden; see roll()."""
     updates = list(depsgraph.updates)
-    # From Blender 5.2 a property of the scene lists all of its objects too, their shading as changed; what really changes an object's
-    # look is listed itself
+    # From Blender 5.2 on, a change of a scene's property lists all objects of the scene as well, with changed shading. They are passed over:
+    # what really changes the look of an object is a datablock of its own in the list.
     of_scene = any(update.id.bl_rna.identifier == "Scene" and update.is_updated_shading for update in updates)
     return max((EDITS if of_scene and _is_shading_alone(update) else _kind(update.id) for update in updates), default=NOTHING)
 
@@ -32,7 +32,7 @@ def _kind(datablock):
     if name in _UNSEEN or name == "Object" and datablock.type == 'CAMERA':
         return NOTHING
     if name == "Scene" or name == "Object" and datablock.type == 'EMPTY' and datablock.instance_type == 'NONE':
-        return EDITS  # what hangs on an Empty is listed itself
+        return EDITS  # Children of an Empty are listed themselves.
     return THINGS
 
 

@@ -49,7 +49,7 @@ def shades_by_racing_normals(mesh: bpy.types.Mesh) -> bool:
 def split_normals(mesh: bpy.types.Mesh, loop_count: int) -> np.ndarray | None:
     """Blender's own normals, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
     normals = np.empty(loop_count * 3, np.float32)
-    if hasattr(mesh, "corner_normals"):  # 4.1
+    if hasattr(mesh, "corner_normals"):  # since 4.1
         if mesh.normals_domain == 'FACE':  # type: ignore[attr-defined]
             return None
         mesh.corner_normals.foreach_get("vector", normals)

@@ -33,10 +33,11 @@ def scenes_of(item: bpy.types.ID) -> set[bpy.types.Scene]:
 def _is_in(scene: bpy.types.Scene, item: bpy.types.Object) -> bool:
     """Does the scene hold the object? Several times quicker than Object.users_scene, which copies the list of all objects."""
     found = scene.objects.get(item.name)
-    return found == item or found is not None and item in scene.objects[:]  # a linked object may have the name of a local one
+    return found == item or found is not None and item in scene.objects[:]  # A linked object may have the name of a local one.
 
 
-# What is like it: the kind and the name without its number must be a copy's too; copies lie where the original lies, or hold the like
+# By what a copy is known: its kind and its name without the number are the original's. Of several such things the one with the same
+# likeness is taken: objects that lie where the original lies, collections that hold things of the same names.
 Look = namedtuple("Look", "kind stem likeness")
 
 
@@ -60,7 +61,8 @@ def of(wanted: Look, arrivals: set[bpy.types.ID], rivals: Iterable[bpy.types.ID]
     else there was."""
     looks = {new: look(new) for new in arrivals if stem(new.name) == wanted.stem and new.library is None}
     found = [new for new, seen in looks.items() if seen.kind == wanted.kind]
-    if found and wanted not in looks.values():  # made of an unknown one, as what is appended, but of none of the rivals
+    # What is appended is made of something that was never in this file. So any of them will do that is like none of the rivals.
+    if found and wanted not in looks.values():
         others = [look(rival) for rival in rivals if stem(rival.name) == wanted.stem]
         found = [new for new in found if looks[new] not in others]
     for is_better in (lambda new: scenes & scenes_of(new), lambda new: looks[new] == wanted):

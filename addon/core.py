@@ -15,10 +15,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-VERSION = (0, 1, 0)  # of the add-on; the core's must be the same
+VERSION = (0, 1, 0)  # The add-on's version; the core must be of the same one.
 
-_sessions: weakref.WeakSet[Session] = weakref.WeakSet()  # so that unregister, file load and exit can stop what still runs
-_ending: list[Session] = []  # cancelled, kept until their threads are done: the last reference waits for them
+_sessions: weakref.WeakSet[Session] = weakref.WeakSet()  # Unregister, file load and exit stop those that still run.
+# Cancelled sessions, kept until their threads are done: dropping the last reference would wait for them.
+_ending: list[Session] = []
 
 
 class Session(Protocol):
@@ -92,7 +93,7 @@ def load() -> ModuleType:
         raise CoreMissing(_explain_absence())
     try:
         spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None and spec.loader is not None  # of a file there always is one
+        assert spec is not None and spec.loader is not None  # There always is one for a file with one of these suffixes.
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     except (ImportError, OSError) as error:

@@ -12,7 +12,7 @@ from . import interface, light_kinds, model, placement, quad_geometry, registrat
 if TYPE_CHECKING:
     _Operator = bpy.types.Operator
 else:
-    _Operator = object  # Blender wants its own class as a base of the last class alone
+    _Operator = object  # Blender wants its own class as a base of registered classes alone.
 
 _ACTION_ITEMS = tuple((name, label, description, icon, number)
                       for number, (name, label, description, icon) in enumerate(light_kinds.ACTIONS))
@@ -56,7 +56,7 @@ def _lay_at_cursor(context: bpy.types.Context, item: bpy.types.Object, entry: bp
 class _ChangesLight(_Operator):
     """What becomes of the light that an entry takes, as a part of two operators: it makes, changes or removes exits."""
 
-    if TYPE_CHECKING:  # each operator has its own, with another default
+    if TYPE_CHECKING:  # Each operator defines this property with a default of its own.
         action: str
 
     tint: FloatVectorProperty(name="Tint", description="Colour that white light gets, for Recolour", subtype='COLOR', size=3,
@@ -121,7 +121,7 @@ class SLUICE_OT_add_edit(_ChangesLight, interface.AddsEdit, bpy.types.Operator):
             bpy.ops.object.mode_set(mode='OBJECT')
         entry = model.new_empty(context, self.name, matrix, 'ENTRY')
         entry.sluice.expression = self.expression
-        if self.action == 'COPY' and not on_faces:  # the cursor is where the entry lies
+        if self.action == 'COPY' and not on_faces:  # The entry itself lies at the cursor, so the copy goes beside it.
             _add_upon(context, entry)
             touched = _add_beside(context, entry)
         else:

@@ -77,7 +77,8 @@ def _draw_exits(layout, region, entry):
     box = layout.box().column(align=True)
     box.use_property_split = box.use_property_decorate = False
     for item in exits:
-        row = box.column(align=True) if is_narrow(region) else box.split(factor=0.5, align=True)  # names are to be read
+        # In a narrow region the numbers go below the name, so that it can be read.
+        row = box.column(align=True) if is_narrow(region) else box.split(factor=0.5, align=True)
         name, numbers = row.row(align=True), row.row(align=True)
         name.alignment = 'LEFT'
         name.operator("sluice.select_one", text=item.name, emboss=False).name = item.name

@@ -19,7 +19,8 @@ Found = namedtuple("Found", "matched moved capped acted power_in power_out taken
 METHOD = ("Share: of all light in the picture, what this edit took on its way, as the layer L.*F'…'.*E shows it. Seconds: measured on the paths "
           "behind its squares, over the threads; asking which light crosses them, and gathering it on surfaces, are not in it")
 
-_FLOATS_TO_TELL = 1e-3  # of a side: what that much lower catches or sends out is another place to the eye
+# A fraction of the shorter side. A quad that floats further than this visibly catches or sends out light at another place.
+_FLOATS_TO_TELL = 1e-3
 
 _found: dict[str, Found] = {}
 
@@ -73,15 +74,16 @@ def lines(found: Found | None) -> list[tuple[str, str]]:
         return [(sentence, 'ERROR' if number == 0 else 'BLANK1') for number, sentence in enumerate(_nothing(found))] + floats
     if found.matched:
         told = [(f"Took {render_progress.count(found.matched)} paths, sent on {render_progress.count(found.moved)}", 'CHECKMARK')]
-    else:  # no photon came by
+    else:  # Paths from the eye were taken, no photons.
         told = [("Took light on its way to the eye", 'CHECKMARK')]
-    if found.power_in > 0:  # view paths carry none
+    if found.power_in > 0:  # Paths from the eye carry no power.
         told.append((f"In {power(found.power_in)}, {percent(found.taken)} of the lamps' light; out {power(found.power_out)}", 'BLANK1'))
     elif found.matched:
         told.append((f"{percent(found.taken)} of the paths from the eye", 'BLANK1'))
     if shows(found):
         told.append((f"{percent(found.share)} of the picture; about {found.seconds:.2g} s", 'BLANK1'))
-        if found.share == 0 and (found.power_out > 0 or found.power_in == 0):  # light that leaves, or paths from the eye
+        # Light that leaves should be seen; so should what paths from the eye bring.
+        if found.share == 0 and (found.power_out > 0 or found.power_in == 0):
             told.append(("The picture has nothing of it: is an exit behind a surface, or out of sight?", 'INFO'))
     if found.capped:
         told.append((f"Absorbed {render_progress.count(found.capped)} paths at Max Edits per Path", 'INFO'))

@@ -13,20 +13,20 @@ class SluiceRenderEngine(bpy.types.RenderEngine):
     bl_idname = 'SLUICE'
     bl_label = "Sluice"
     bl_use_preview = True
-    bl_use_eevee_viewport = True  # Material Preview stays EEVEE's
+    bl_use_eevee_viewport = True  # EEVEE goes on to draw Material Preview.
     bl_use_shading_nodes_custom = False
     bl_use_postprocess = True
-    bl_use_custom_freestyle = True  # else Blender would send its stroke meshes through us
+    bl_use_custom_freestyle = True  # Without this, Blender would have us render the meshes of its strokes.
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:  # 4.4 wants the arguments passed on
+    def __init__(self, *args: Any, **kwargs: Any) -> None:  # Blender 4.4 wants the arguments passed on.
         super().__init__(*args, **kwargs)
         self.job: final.Job | None = None
         self.view: viewport.View | None = None
 
     def __del__(self):
-        # Blender may have freed its half already, so only the Python half is asked
+        # Blender may have freed its half of the engine already, so only the Python half is asked.
         viewport.free(object.__getattribute__(self, "__dict__").get("view"))
-        parent = getattr(super(), "__del__", None)  # 5.0 has one and wants it called
+        parent = getattr(super(), "__del__", None)  # Blender 5.0 has one and wants it called.
         if parent is not None:
             parent()
 

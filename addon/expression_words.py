@@ -91,7 +91,7 @@ class _Teller:
         if tree[0] == "choice":
             return self.say["either"].format(self.say["else"].join(map(self.whole, tree[1:])))
         parts = tree[1:] if tree[0] == "sequence" else (tree,)
-        if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # a layer
+        if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # This is the expression of a layer: a whole path.
             return self.say["to eye"].format(self.whole(("sequence", *parts[:-1])))
         if _is(parts[0], "L"):
             lamp = self._names(parts[0][2][0][1]) or self.say["any lamp"]
@@ -134,7 +134,7 @@ class _Teller:
         _kind, negated, symbols = tree
         if negated and not symbols:
             return self._noun(".", (), many)
-        # "bounces that are not a mirror or glass or a diffuse bounce": each thing of a negation is one
+        # Behind "bounces that are not" each thing is told in the singular: "a mirror or glass or a diffuse bounce".
         told = self.say["or"].join(self._noun(letter, names, many and not negated) for letter, names in symbols)
         return self._noun("!", (), many).format(told) if negated else told
 

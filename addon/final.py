@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from .engine import SluiceRenderEngine
 
-POLL = 0.1  # seconds between two looks at the session and at Esc
-_PATIENCE = 1.0  # seconds in which a cancelled session ends (it promises half)
-_MOST_REPORTS = 20  # warnings shown in Blender; all of them go to stderr
+POLL = 0.1  # Seconds between two looks at the session and at Esc.
+_PATIENCE = 1.0  # Seconds that a cancelled session is given to end; it promises to need half.
+_MOST_REPORTS = 20  # So many warnings are shown in Blender; stderr gets all of them.
 
 
 class Failure(Exception):
@@ -107,7 +107,7 @@ def _run(engine, job, session):
     result = passes.begin(engine, job.layer)
     _trust_size(job.description["frame"], result)
     session.start(job.description, job.settings)
-    job.description = {}  # the core has its own copy now
+    job.description = {}  # The core has a copy of its own now.
     names = [item.name for item in job.passes]
     stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
     log = render_progress.ProgressLog(job.settings["frame"], job.layer)
@@ -121,13 +121,14 @@ def _run(engine, job, session):
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
-    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once, of a failure too
+    # Each is told once, also when the render failed: it may say why.
+    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':
         raise core_failure(progress)
     images = session.snapshot(names)
     if images is None:
         if stopped:
-            return  # Esc before the first image: Blender keeps what it showed and writes nothing
+            return  # Esc came before the first image: Blender keeps what it showed and writes nothing.
         raise Failure("the render ended without an image")
     written = passes.write(result, images)
     if "Combined" not in written:
@@ -156,7 +157,7 @@ def _finish(engine, session, progress, job):
         "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
         **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
-    result = engine.get_result()  # fields of a tile's result are lost; the whole result keeps them
+    result = engine.get_result()  # Blender loses the fields of a tile's result; the whole result keeps them.
     if result is not None:
         for name, value in stamps.items():
             result.stamp_data_add_field(f"Sluice {name}", str(value))
@@ -189,7 +190,7 @@ def as_failure(error: Exception) -> Failure:
         return error
     if isinstance(error, core.CoreMissing):
         return Failure(str(error))
-    if hasattr(error, "item"):  # SceneError, ExpressionError
+    if hasattr(error, "item"):  # The core's SceneError and ExpressionError have it.
         item, column, message = core.expression_problem(error)
         return Failure(message, item, column)
     traceback.print_exception(type(error), error, error.__traceback__)

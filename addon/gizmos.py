@@ -12,9 +12,10 @@ from mathutils import Matrix, Vector
 
 from . import interface, model
 
-_ARROW = 0.7  # of the smaller half side: how far the arrow's head is out at intensity 1
-_LEAN = 0.4   # radians off the line of sight, at least: else an arrow that points at the eye is a dot, which nobody can drag
-_before = None  # the values that are dragged, as they were
+_ARROW = 0.7  # At intensity 1 the arrow is this fraction of the shorter half side long.
+# Arrows lean at least so many radians off the line of sight: one that points at the eye is a dot, which nobody can drag.
+_LEAN = 0.4
+_before = None  # The values before the drag that is going on; None: nothing is dragged.
 
 
 def _active():
@@ -99,7 +100,7 @@ def _set_size(values):
             item.scale[axis] *= wanted / length
 
 
-# An arrow's length tells intensity by its logarithm: 0 is 0, 1 is one reach, 100 is seven
+# An arrow's length tells the logarithm of the intensity: none for 0, one reach for 1, seven reaches for 100.
 def _get_intensity():
     item = _active()
     return _reach(item) * math.log2(1 + item.sluice.intensity) if item else 0.0
@@ -112,7 +113,7 @@ def _set_intensity(value):
         item.sluice.intensity = 2 ** min(14.0, max(0.0, value / _reach(item))) - 1
 
 
-# Blender's dials count clockwise
+# Blender's dials count clockwise.
 def _get_hue():
     item = _active()
     return -item.sluice.hue_shift if item else 0.0
@@ -183,13 +184,13 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
         self.size.matrix_basis = self.hue.matrix_basis = Matrix.Translation(centre) @ axes
         for gizmo in (self.size, self.intensity, self.hue):
             gizmo.color = interface.EXIT_COLOR if is_exit else interface.ENTRY_COLOR
-        if not self.intensity.is_modal:  # a hand on it must not feel it turn
+        if not self.intensity.is_modal:  # The arrow must not turn under the hand that drags it.
             self.intensity.matrix_basis = Matrix.Translation(centre) @ _arrow_axes(axes, centre, context.region_data)
         self.intensity.hide = self.hue.hide = not is_exit
         hue = item.sluice.hue_shift
-        if is_exit and hue != 0:  # the needle shows how far, the colour what becomes of red
+        if is_exit and hue != 0:  # The needle shows how far the hue turns, the colour of the dial what becomes of red.
             self.hue.color = colorsys.hsv_to_rgb(hue / (2 * math.pi) % 1, 0.75, 1)
-        if not self.hue.is_modal:  # Blender itself turns the needle of a dial that is dragged
+        if not self.hue.is_modal:  # While a dial is dragged, Blender itself turns the needle.
             self.hue.matrix_basis = self.hue.matrix_basis @ Matrix.Rotation(hue, 4, 'Z')
 
 
@@ -230,7 +231,7 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
             gizmo.line_width = 2
             gizmo.color_highlight, gizmo.alpha_highlight = (1.0, 1.0, 1.0), 0.9
         for number, gizmo in enumerate(self.gizmos):
-            gizmo.hide = number >= len(items) or items[number] == _active()  # which has handles
+            gizmo.hide = number >= len(items) or items[number] == _active()  # The active one has handles instead.
             if number < len(items):
                 gizmo.target_set_operator("sluice.select_one").name = items[number].name
                 gizmo.matrix_basis = items[number].matrix_world @ Matrix.Scale(items[number].empty_display_size, 4)

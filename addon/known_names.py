@@ -10,9 +10,10 @@ import bpy
 from . import compat, registration
 from .export.scene_names import Names
 
-Known = namedtuple("Known", "homes here elsewhere")  # here: names in the scene; elsewhere: of things that are in the file alone
+# here: names of things in the scene; elsewhere: names of those that only the file has
+Known = namedtuple("Known", "homes here elsewhere")
 
-_known: dict[tuple[str, int, int, int], Known] = {}  # (scene, numbers of things) -> Known
+_known: dict[tuple[str, int, int, int], Known] = {}  # The key is the name of the scene and how many things there are.
 
 
 def known(context: bpy.types.Context) -> Known:

@@ -36,7 +36,7 @@ class _LayerOperator:
     def execute(self, context: bpy.types.Context) -> set[str]:
         settings = context.view_layer.sluice
         settings.active_layer = self.change(settings, min(settings.active_layer, len(settings.layers) - 1))
-        context.view_layer.update_render_passes()  # the compositor's sockets
+        context.view_layer.update_render_passes()  # The compositor gets sockets for them.
         return {'FINISHED'}
 
 

@@ -6,7 +6,7 @@ from collections import namedtuple
 
 from . import expression_names
 
-Kind = namedtuple("Kind", "label expression description icon")  # {} in an expression: the name of an object
+Kind = namedtuple("Kind", "label expression description icon")  # In an expression, {} stands for the name of an object.
 
 ARRIVING = (
     Kind("Caustic", "LS+", "Light focused by mirrors and glass", 'LIGHTPROBE_GRID'),

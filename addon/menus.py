@@ -9,7 +9,7 @@ from . import compat, interface, light_kinds
 if TYPE_CHECKING:
     _Menu = bpy.types.Menu
 else:
-    _Menu = object  # Blender wants its own class as a base of the last class alone
+    _Menu = object  # Blender wants its own class as a base of registered classes alone.
 
 
 class _KindsMenu(_Menu):

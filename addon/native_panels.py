@@ -11,26 +11,26 @@ import bpy
 from .interface import ENGINE
 
 _EXCLUDED = {
-    # ours are in panels.py
+    # Our own ones are in panels.py.
     "DATA_PT_light", "NODE_DATA_PT_light", "DATA_PT_area", "DATA_PT_spot", "OBJECT_PT_visibility", "RENDER_PT_simplify",
     "RENDER_PT_simplify_viewport", "RENDER_PT_simplify_render",
-    # options without effect here
+    # Their options have no effect here.
     "DATA_PT_falloff_curve", "DATA_PT_camera_stereoscopy", "RENDER_PT_stereoscopy", "RENDER_PT_output_views",
     "DATA_PT_volume_render", "WORLD_PT_mist",
 }
 _EXCLUDED_WORDS = ("freestyle", "lightprobe", "hair", "gpencil", "grease")
-# Panels that name only EEVEE or Cycles, for nodes and depth of field
+# These panels for nodes and depth of field are meant for EEVEE or Cycles by name.
 _NAMED = (
     "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "MATERIAL_PT_preview", "EEVEE_WORLD_PT_surface",
     "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
 )
-# Nodes that the Add menu shows for Cycles and EEVEE only
+# The Add menu shows these nodes for Cycles and EEVEE only.
 _SHADERS = (
     "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlass",
     "ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent", "ShaderNodeBsdfTransparent", "ShaderNodeEmission",
     "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeOutputMaterial", "ShaderNodeOutputWorld",
 )
-_adopted: list[Any] = []  # panels that carry our name because we put it there
+_adopted: list[Any] = []  # The panels that carry our name because we put it there.
 
 
 def compatible_panels() -> Iterator[Any]:

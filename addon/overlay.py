@@ -16,11 +16,13 @@ from mathutils import Color
 from . import compat, edit_statistics, model
 from .interface import ENTRY_COLOR, EXIT_COLOR
 
-_TOWARDS_EYE = 0.004  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
-_DASHES = 9  # along each side
+# Quads lie on surfaces: they are drawn nearer by this fraction of the distance, so that they do not flicker.
+_TOWARDS_EYE = 0.004
+_DASHES = 9  # Each side of a quad is cut into so many.
 _handles: list[Any] = []
 
-Shape = namedtuple("Shape", "fills lines")  # lists of (points, colours), fills by triangles, lines by pairs
+# Both are lists of (points, colours): three points for each triangle, two for each line.
+Shape = namedtuple("Shape", "fills lines")
 
 
 def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -73,9 +75,10 @@ def shapes(items: Iterable[bpy.types.Object], scene: bpy.types.Scene) -> Shape:
         border = corners[[0, 1, 1, 2, 2, 3, 3, 0]]
         fills.append((corners[[0, 1, 2, 0, 2, 3]], (*_fill(edit, color), 0.22 * strength)))
         lines.append((_dashes(border) if dashed else border, (*color, 0.95 * strength)))
-        if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
+        if item.empty_display_type != 'SINGLE_ARROW':  # That display type shows the arrow itself.
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
-        if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:  # a deleted one is still pointed at
+        # An exit still points at an entry that was deleted.
+        if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
             lines.append((link, np.array(((*ENTRY_COLOR, 0.7 * strength), (*EXIT_COLOR, 0.7 * strength)))))
     return Shape(fills, lines)
@@ -97,7 +100,7 @@ def _draw():
     context = bpy.context
     items = model.visible_parts(context)
     if items:
-        # In a rendered view the light below must be seen, not the fills
+        # In a rendered view the light below the quads must be seen.
         opacity = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
         _draw_shapes(shapes(items, context.scene), context.region, context.region_data, opacity)
 
@@ -109,7 +112,7 @@ def _draw_names():
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
     size = 11 * context.preferences.system.ui_scale
-    taken: list[tuple[float, float, float]] = []  # (x, y, width) of the names that are drawn
+    taken: list[tuple[float, float, float]] = []  # The place (x, y) and the width of each name that is drawn.
     for item in model.visible_parts(context):
         color, strength, _dashed = _looks(item, context.scene)
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
@@ -135,7 +138,7 @@ def _draw_shapes(found, region, region_3d, opacity):
     import gpu
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_mask_set(False)
-    # Once solid where it is in front, once faint where something hides it
+    # All is drawn twice: solid where it is in front, faint where something hides it.
     for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
         gpu.state.depth_test_set(depth_test)
         _draw_batch(gpu, found.fills, region_3d, strength * opacity)
@@ -152,7 +155,7 @@ def _draw_batch(gpu, parts, region_3d, strength, region=None):
     shader = compat.builtin_shader(gpu, shader_name)
     points = np.concatenate([points for points, _color in parts])
     colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
-    # Concatenated broadcast arrays come out column by column; the buffer wants rows
+    # Concatenated broadcast arrays have their columns together; the buffer wants rows.
     batch: Any = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
                                             "color": np.ascontiguousarray(colors, np.float32)})
     shader.bind()

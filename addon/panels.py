@@ -113,7 +113,7 @@ class SLUICE_PT_lamp(Panel, bpy.types.Panel):
         self.layout.row().prop(lamp, "type", expand=True)
         column = column_of(self)
         column.prop(lamp, "color")
-        if hasattr(lamp, "use_temperature"):  # 4.5
+        if hasattr(lamp, "use_temperature"):  # since 4.5
             column.prop(lamp, "use_temperature")
             sub = column.column()
             sub.active = lamp.use_temperature

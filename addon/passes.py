@@ -36,8 +36,8 @@ PASSES = (
     Pass("Emission", "RGB", 'COLOR'),
     Pass("Noise", "X", 'VALUE'),
 )
-_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # the compositor has two of its own
-_LONGEST = 40  # bytes of a layer's name: a channel of a file has room for 64, the view layer's name among them
+_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # The compositor has two sockets of its own.
+_LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a file has room for 64, with the view layer's name.
 
 
 def clean_name(name: str, taken: Container[str] = ()) -> str:

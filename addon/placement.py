@@ -9,8 +9,9 @@ from mathutils import Matrix, Vector
 
 from . import quad_geometry
 
-_SHARE_OF_DISTANCE = 0.12  # side of a new quad, of the way from the eye: it covers a part of the view, whatever the scene's scale
-_TOUCHES = 0.02            # of that way: so near to the cursor is the surface that it was set on
+# The side of a new quad, as a fraction of its distance from the eye: so it fits the view, whatever the scene's scale.
+_SHARE_OF_DISTANCE = 0.12
+_TOUCHES = 0.02  # A surface that is nearer to the cursor than this fraction of the distance is the one that it was set on.
 
 
 def _selected_faces(context):

@@ -15,7 +15,7 @@ from .interface import OnOwnEntry
 
 SUBDIR = "sluice/expression"
 
-_items: list[tuple[Any, ...]] = []  # Blender keeps no copies of an enumeration's strings
+_items: list[tuple[Any, ...]] = []  # Blender keeps no copies of an enumeration's strings, so they must live on here.
 
 
 def _homes():
@@ -39,7 +39,7 @@ def _nouns(_self, context):
     labels = {f"{kind}:{name}": (f"{name}, {told}: {kind}{expression_names.quoted([name])}", icon) for kind, name, told, icon in found}
     items: list[tuple[Any, ...]] = [(key, label, "", icon, number) for number, (key, (label, icon)) in enumerate(labels.items())]
     items = items or [("", "Nothing to name", "")]
-    if items != _items:  # strings that Blender may still show live on
+    if items != _items:  # Equal ones are kept: Blender may still show the strings that it was given.
         _items[:] = items
     return _items
 
@@ -141,7 +141,8 @@ class SLUICE_OT_save_expression(bl_operators.presets.AddPresetBase, bpy.types.Op
     bl_idname = "sluice.save_expression"
     bl_label = "Save Expression"
     preset_menu = "SLUICE_PT_expressions"
-    preset_values = ["bpy.context.object.sluice.expression"]  # no preset_defines: Python 3.13 hides what Blender's exec() defines
+    # There are no preset_defines: Python 3.13 hides what Blender's exec() defines.
+    preset_values = ["bpy.context.object.sluice.expression"]
     preset_subdir = SUBDIR
 
 
@@ -154,7 +155,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.emboss = 'PULLDOWN_MENU'
-        layout.operator_context = 'INVOKE_DEFAULT'  # some ask for a name
+        layout.operator_context = 'INVOKE_DEFAULT'  # Invoke lets those ask that need a name.
         for group in light_kinds.GROUPS:
             column = layout.column(align=True)
             for kind in group:

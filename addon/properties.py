@@ -28,7 +28,7 @@ def _tag_owner(self, _context):
 
 
 def _tag_object(self, _context):
-    # An edit sits on an Empty, so this tag drags no geometry along
+    # An edit sits on an Empty, so this tag makes Blender update no geometry.
     self.id_data.update_tag(refresh={'OBJECT'})
 
 
@@ -122,7 +122,7 @@ class SluiceObject(_EntrySettings, _ExitSettings, bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_tag_object)
 
 
-EXIT_PROPERTIES = ("offset", *_ExitSettings.__annotations__)  # what an exit takes over from the one that it is made of
+EXIT_PROPERTIES = ("offset", *_ExitSettings.__annotations__)  # A new exit takes these over from the one that it is made of.
 
 
 class SluiceScene(bpy.types.PropertyGroup):
@@ -188,7 +188,7 @@ def _layer_renamed(self, _context):
         name = passes.clean_name(self.name, [item.name for item in layers if item != self])
         if name != self.name:
             renaming.notice(f"Light layer '{self.name}' is called '{name}' now: a pass needs a name of its own")
-            self.name = name  # comes back here
+            self.name = name  # This calls the function again, which then tells the compositor.
         else:
             view_layer.update_render_passes()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 Numbers: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
-_MIN_HALF = 1e-4  # m; a rectangle round a line or a point still has an area
+_MIN_HALF = 1e-4  # In metres: a rectangle round a line or a point has an area, too.
 
 
 def frame_from_normal(normal: Numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -48,13 +48,13 @@ def _smallest_rectangle(flat):
     edges = np.roll(hull, -1, axis=0) - hull
     angles = {0.0} | {float(np.arctan2(dy, dx)) % (np.pi / 2) for dx, dy in edges if abs(dx) + abs(dy) > 1e-12}
     for angle in sorted(angles):
-        # Turned by -angle the edge is level
+        # Turned by -angle, the edge is level.
         turned = hull @ np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
         low, high = turned.min(axis=0), turned.max(axis=0)
         area = float(np.prod(high - low))
         if best is None or area < best[0] * (1 - 1e-9):
             best = (area, angle, low, high)
-    assert best is not None  # angle 0 is tried always
+    assert best is not None  # At least angle 0 was tried.
     return best[1:]
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import bpy
 
-Handlers: TypeAlias = Mapping[str, Callable[..., Any]]  # {name of a list in bpy.app.handlers: function}
+Handlers: TypeAlias = Mapping[str, Callable[..., Any]]  # by the name of the list in bpy.app.handlers
 
 
 def of_classes(*classes: type) -> tuple[Callable[[], None], Callable[[], None]]:

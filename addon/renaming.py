@@ -14,9 +14,10 @@ import bpy
 from . import compat, copies, expression_names, model, registration
 from .export.scene_names import Homes
 
-Place: TypeAlias = tuple[str, str, str | None]  # where bpy.data has a datablock: name of the list, name, path of its library
+# Where bpy.data has a datablock: the name of the list, its name in it, the path of its library.
+Place: TypeAlias = tuple[str, str, str | None]
 
-_HOMES = ("objects", "collections", "worlds")  # the lists in bpy.data of what can be named
+_HOMES = ("objects", "collections", "worlds")  # The lists in bpy.data that hold what can be named.
 _NOTICE_SECONDS = 6.0
 _LOOK_SECONDS = 0.3
 
@@ -159,13 +160,13 @@ def _meant_before(name: str, item: bpy.types.ID, text: str, is_moved: bool, file
     owner, library = _owners.get(_identity(item)), item.library
     if owner is None and is_moved and item.override_library is not None:
         library = item.override_library.reference.library
-    elif owner is None and is_moved:  # it says what the one says that it was made of
+    elif owner is None and is_moved:  # It says what the owner said that it was made of.
         alike = [other for other in _owners.values() if other.stem == copies.stem(item.name) and text in other.texts]
         owner = min(alike, key=lambda other: other.library is not None, default=None)
     if owner is not None and owner.meanings.get(name):
         return owner.meanings[name]
     meant = file.meant(name, library)
-    if not meant and _past.get(name) in file.items:  # undo may bring back an expression of before the renaming
+    if not meant and _past.get(name) in file.items:  # Undo may bring back an expression from before the renaming.
         meant = [file.items[_past[name]]]
     return [_seen_as(other, copies.scenes_of(item)) for other in meant]
 
@@ -218,7 +219,7 @@ def follow(is_undone: bool = False) -> None:
     if not is_lost and _census is not None and (_census.counts == _counts() or not is_undone and _only_unrelated_came(_census)):
         return
     file = _File()
-    # After undo all may lie at other addresses
+    # After an undo everything may lie at another address, so nothing can be told to be new.
     arrivals = set() if is_undone or _known is None else {item for identity, item in file.items.items() if identity not in _known}
     told = [line for item, group in _holders() if item.library is None for line in _follow_in(item, group, file, arrivals, is_undone)]
     _remember(file)
@@ -235,10 +236,11 @@ def _only_unrelated_came(before: _Census) -> bool:
         return False
     came = []
     for kind, names, old_names, count, old_count in zip(_HOMES, now.names, before.names, now.counts, before.counts):
-        found = [getattr(bpy.data, kind)[name] for name in names - old_names]  # renamed ones are among them
+        # Renamed things are among them; their identities are known.
+        found = [getattr(bpy.data, kind)[name] for name in names - old_names]
         found = [item for item in found if _identity(item) not in _known]
         if len(found) != count - old_count:
-            return False  # something left, or bears a name that something else has
+            return False  # Something left, or something came under a name that something else has.
         came += found
     stems = {owner.stem for owner in _owners.values()}
     for owner in _owners.values():
@@ -287,7 +289,8 @@ def _follow_in(item: Any, group: Any, file: _File, arrivals: set[bpy.types.ID], 
     text = expression_names.renamed(old, changes)
     if text != old and is_moved:
         _copied[_place(item), old] = text
-    again = _copied.get((_place(item), old), old) if is_undone else old  # as redo leaves it: the step of the copy was made before
+    # Redo brings back a copied expression as it was before it followed: it is exchanged for what it was followed to.
+    again = _copied.get((_place(item), old), old) if is_undone else old
     if again != old and all(file.meant(name, item.library) for name in expression_names.names_in(again)):
         text = again
     if text == old:
@@ -314,7 +317,7 @@ def _clear_notice():
 
 @bpy.app.handlers.persistent
 def _scene_changed(*_):
-    if not bpy.app.is_job_running('RENDER'):  # a render's own handlers run beside the interface
+    if not bpy.app.is_job_running('RENDER'):  # The handlers of a render run beside the interface, where nothing may be written.
         follow()
 
 
@@ -326,7 +329,7 @@ def _look():
 
 @bpy.app.handlers.persistent
 def _render_begins(*_):
-    if bpy.app.background:  # scripts render what they have just made
+    if bpy.app.background:  # Scripts render what they have just made, before Blender tells of any update.
         follow()
 
 
@@ -340,7 +343,7 @@ def _undone(*_):
 @bpy.app.handlers.persistent
 def _file_loaded(*_):
     global _known
-    _known = None  # what the file before held may lie at the same addresses
+    _known = None  # Things of the file before may have lain at the same addresses.
     for kept in (_owners, _places, _past, _copied):
         kept.clear()
     _undone()

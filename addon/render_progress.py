@@ -122,7 +122,7 @@ class ProgressLog:
     the file anew and appends its other renders: the frames of an animation, each of its view layers."""
 
     _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
-    _begun: set[str | None] = set()  # files of this process
+    _begun: set[str | None] = set()  # The files that this process has begun.
 
     def __init__(self, frame: int, layer: str) -> None:
         path = os.environ.get("SLUICE_PROGRESS_LOG")

@@ -22,33 +22,34 @@ from .export.settings import export_settings
 if TYPE_CHECKING:
     from .engine import SluiceRenderEngine
 
-_LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
+_LEVELS = (8, 2, 1)  # Sizes of pixels. Each coarse one gets a single pass, so that there is something to see at once.
 _COARSE = {8: {"photons": 4096, "pilot_paths": 1 << 11}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
-_POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
-_AT_ONCE = 0.03  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
-_DRAWING = 0.05  # of the time, at most, for redraws until a session is done: without a graphics card they cost what renders
-_HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
+_POLL, _SOON = 0.1, 0.02  # Seconds between two looks at the session, and before its first image.
+_AT_ONCE = 0.03  # A redraw waits so many seconds for the coarsest image, so as to show it itself: less than a hand feels.
+# Until a session is done, redraws get this fraction of the time: without a graphics card they take it from the render.
+_DRAWING = 0.05
+_HALF_MAX = 65000.0  # The texture is half float: above 65520 it would hold Inf, and the view would turn black.
 
 
 class View:
     """One 3D view: the scene as it was last copied, the session that renders it, the last image."""
 
     def __init__(self) -> None:
-        self.description = None  # without camera and frame
+        self.description = None  # It lacks camera and frame, which each session gets.
         self.settings = None
-        self.exported = None  # the context of the last copy
+        self.exported = None  # The context of the last copy.
         self.roll = None
-        self.seen = None  # region's size, projection, matrices
-        self.base = None  # the session that compiled the description's things
+        self.seen = None  # The region's size, the kind of projection, the matrices.
+        self.base = None  # The session that compiled the description's things; others start from it.
         self.session = None
-        self.stale = False  # the session renders what is no more
+        self.stale = False  # The session renders what is no longer so.
         self.level = 0
-        self.told = False  # its figures
+        self.told = False  # Have the session's figures been remembered?
         self.texture = None
         self.shown_pass = 0
-        self.watched = False  # by a timer
-        self.drawn = 0.0  # when it was drawn last
-        self.redraw = 0.0  # seconds that the whole window's redraw took then
+        self.watched = False  # A timer looks after the session.
+        self.drawn = 0.0  # When the view was drawn last (time.monotonic).
+        self.redraw = 0.0  # Seconds that the redraw of the whole window took then.
 
     def stop(self) -> None:
         if self.session is not None:
@@ -66,7 +67,7 @@ def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bp
         if kind == changes.THINGS or kind == changes.EDITS and not _copy_edits(view, depsgraph, names):
             _copy_all(view, depsgraph, names)
         if view.session is not None and view.base is not None and _may_start_over(view):
-            _start(engine, view, depsgraph.scene, 0)  # it renders while Blender draws the rest of the window
+            _start(engine, view, depsgraph.scene, 0)  # It renders while Blender draws the rest of the window.
     except Exception as error:
         _fail(engine, error)
 
@@ -79,7 +80,7 @@ def _copy_all(view, depsgraph, names):
     view.roll = changes.roll(depsgraph)
     if before is None or not changes.same(_things(view.description), _things(before)):
         if view.session is not None and view.session.progress()["state"] == 'compiling':
-            view.stop()  # what it compiles is no more
+            view.stop()  # What it compiles is no longer so.
         view.base, view.stale = None, True
     view.stale |= settings != view.settings or not changes.same(view.description, before)
     view.settings = settings
@@ -97,7 +98,7 @@ def _copy_edits(view, depsgraph, names):
     known = len(view.description["images"])
     edits, settings = export.export_edits(depsgraph, view.exported), _settings(depsgraph)
     if len(view.description["images"]) != known:
-        view.base = None  # it lacks a texture
+        view.base = None  # What was compiled lacks a texture.
     if settings != view.settings or not changes.same(edits, {key: view.description[key] for key in edits}):
         view.settings, view.stale = settings, True
         view.description.update(edits)
@@ -106,7 +107,8 @@ def _copy_edits(view, depsgraph, names):
 
 def _settings(depsgraph):
     found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
-    return found if found["use_animated_seed"] else {**found, "frame": 0}  # else frames in which nothing moves are one picture
+    # With one seed for all frames, those in which nothing moves are one picture: it goes on.
+    return found if found["use_animated_seed"] else {**found, "frame": 0}
 
 
 def draw(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
@@ -115,14 +117,15 @@ def draw(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.
         view = engine.view
         if view is None:
             return
-        if view.description is not None:  # else something failed: its message stands over the last image
+        if view.description is not None:  # Otherwise something failed, and its message stands over the last image.
             _follow_view(view, context)
             _refresh(engine, view, depsgraph.scene)
             if not _at_rest(view):
                 _watch(engine, view)
         view.drawn = time.monotonic()
         _draw_image(view, context.region)
-        bpy.app.timers.register(functools.partial(_time_redraw, view), first_interval=0)  # runs when all is drawn
+        # The timer runs when the whole window is drawn.
+        bpy.app.timers.register(functools.partial(_time_redraw, view), first_interval=0)
     except Exception as error:
         _fail(engine, error)
 
@@ -168,7 +171,7 @@ def _refresh(engine, view, scene):
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
     engine.update_stats("Sluice", render_progress.line(view.session.progress()))
-    if finished and view.level > 0 and not view.told:  # the coarsest misses light
+    if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
         edit_statistics.remember(view.session)
         edit_statistics.redraw()
         view.told = True
@@ -217,9 +220,10 @@ def _look(engine_reference, view):
     has_news = view.session.progress()["pass"] > view.shown_pass
     since, pause = time.monotonic() - view.drawn, view.redraw / _DRAWING
     try:
-        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):  # the last: for the status line
+        # The last case is for the status line.
+        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):
             engine.tag_redraw()
-    except ReferenceError:  # Blender has freed its half of the engine
+    except ReferenceError:  # Blender has freed its half of the engine.
         view.stop()
         finished = True
     view.watched = not finished
@@ -231,10 +235,10 @@ def _time_redraw(view):
 
 
 def _make_texture(pixels):
-    import gpu  # not at the top: without a window the module is there but must not be asked
+    import gpu  # Not at the top of the file: without a window the module is there but must not be asked.
     height, width = pixels.shape[:2]
     clamped = np.ascontiguousarray(np.clip(pixels, 0, _HALF_MAX), np.float32)
-    types: Any = gpu.types  # the stubs know none of their arguments
+    types: Any = gpu.types  # The stubs of gpu.types know of no arguments.
     buffer = types.Buffer('FLOAT', width * height * 4, clamped.reshape(-1))
     return types.GPUTexture((width, height), format='RGBA16F', data=buffer)
 
@@ -245,7 +249,8 @@ def _draw_image(view, region):
     import gpu
     from gpu_extras.presets import draw_texture_2d
     gpu.state.blend_set('ALPHA_PREMULT')
-    draw_texture_2d(view.texture, (0, 0), region.width, region.height)  # scene-linear: Blender applies the view transform
+    # The image is scene-linear: Blender applies the view transform.
+    draw_texture_2d(view.texture, (0, 0), region.width, region.height)
     gpu.state.blend_set('NONE')
 
 

@@ -28,7 +28,7 @@ class Context:
 
     names: Names
     cancelled: Callable[[], bool] = lambda: False
-    warnings: list[tuple[str, str]] = field(default_factory=list)  # (item, message)
+    warnings: list[tuple[str, str]] = field(default_factory=list)  # pairs of the name of a thing and a sentence
     images: image.ImageTable = field(init=False)
     materials: list[Description] = field(default_factory=list)
     _material_indices: dict[str, int] = field(default_factory=dict)

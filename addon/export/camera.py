@@ -42,10 +42,10 @@ def _depth_of_field(lens, kind, matrix):
     if not focus.use_dof:
         return {"aperture_radius": 0.0}
     distance = focus.focus_distance
-    if focus.focus_object is not None:  # depth along the view axis, as Cycles measures it
+    if focus.focus_object is not None:  # The distance is the depth along the view axis, as Cycles measures it.
         target = np.array(focus.focus_object.matrix_world, np.float64)[:3, 3]
         distance = abs(float(np.dot(matrix[:3, 2], matrix[:3, 3] - target)))
-    # The f-number is focal length over diameter; without a focal length (orthographic) it counts metres
+    # The f-number is the focal length over the diameter of the aperture. Orthographic cameras have no focal length: 1 m stands for it.
     length = lens.lens * 1e-3 if kind == 'Perspective' else 1.0
     return {
         "aperture_radius": length / (2 * max(focus.aperture_fstop, 1e-5)), "focus_distance": distance,
@@ -73,7 +73,8 @@ def export_view(view_matrix: Rows, window_matrix: Rows, is_perspective: bool, si
     width, height = size
     window = compat.matrix(window_matrix)
     matrix = np.linalg.inv(compat.matrix(view_matrix))
-    side = -1 if is_perspective else 1  # which column holds the offset of the view plane, and its sign
+    # The window matrix holds the view plane's offset in column 2 (perspective, negative) or 3.
+    side = -1 if is_perspective else 1
     column = 2 if is_perspective else 3
     camera = {
         "name": "View", "kind": 'Perspective' if is_perspective else 'Orthographic', "sensor_fit": 'Horizontal',
@@ -86,7 +87,8 @@ def export_view(view_matrix: Rows, window_matrix: Rows, is_perspective: bool, si
         camera["clip_end"] = window[2, 3] / (window[2, 2] + 1)
     else:
         near, far = (window[2, 3] + 1) / window[2, 2], (window[2, 3] - 1) / window[2, 2]
-        matrix[:3, 3] -= matrix[:3, 2] * near  # Blender's orthographic views begin behind the eye
+        # Blender's orthographic views begin behind the eye, so the camera is moved back to where they begin.
+        matrix[:3, 3] -= matrix[:3, 2] * near
         camera["ortho_scale"] = 2 / window[0, 0]
         camera["clip_start"], camera["clip_end"] = 0.0, far - near
     camera["matrix"] = matrix

@@ -57,7 +57,7 @@ def _export_exit(item, context):
         "keep_brightness": settings.keep_brightness,
         "intensity_texture": context.images.index(settings.intensity_texture),
         "hue_shift_texture": context.images.index(settings.hue_shift_texture),
-        # a normal map holds directions, whatever colour space its file was opened in
+        # A normal map holds directions, whatever colour space its file was opened in.
         "normal_map": context.images.index(settings.normal_map, color_space='NonColor'),
     }
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from . import Context
 
-# Kinds of data that make a picture elsewhere and none here
+# Kinds of objects that other engines render and this one does not.
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
             'POINTCLOUD': "point clouds are not rendered", 'GPENCIL': "grease pencil is not rendered",
             'GREASEPENCIL': "grease pencil is not rendered"}
@@ -32,7 +32,8 @@ def export_objects(depsgraph: bpy.types.Depsgraph, context: Context) -> tuple[li
     lights: list[Description] = []
     mesh_indices: dict[bpy.types.Mesh, int] = {}
     instancers = Instancers()
-    for count, instance in enumerate(depsgraph.object_instances):  # an instance must not be kept past its step
+    # Blender frees an instance when the loop goes on: nothing may keep it.
+    for count, instance in enumerate(depsgraph.object_instances):
         if count % 256 == 0:
             context.check_cancel()
         item = instance.object
@@ -79,7 +80,7 @@ def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description 
         return None
     loops = _integers(mesh.loop_triangles, "loops", triangle_count * 3)
     corners = _integers(mesh.loops, "vertex_index", loop_count)
-    triangles = corners[loops]  # asking each triangle for its vertices takes twice as long
+    triangles = corners[loops]  # Asking the triangles for their vertices would take twice as long.
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
@@ -95,7 +96,7 @@ def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description 
         "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
         "uv_maps": _uv_maps(mesh, loops, loop_count),
         "colors": _colors(mesh, loops, triangles),
-        # Generated = (p - location) / (2 size) + 1/2
+        # Generated coordinates are (p - location) / (2 size) + 1/2.
         "texture_origin": np.array(mesh.texspace_location, np.float32) - size,
         "texture_size": 2 * size,
     }
@@ -112,13 +113,13 @@ def _polygons(mesh, corners):
         "starts": _integers(mesh.polygons, "loop_start", len(smooth)),
         "sizes": sizes,
         "smooth": smooth.view(np.uint8),
-        # a polygon of n corners is n - 2 triangles, and they come in its order
+        # A polygon of n corners makes n - 2 triangles, and triangles come in the order of their polygons.
         "of_triangles": np.repeat(np.arange(len(sizes), dtype=np.uint32), np.maximum(sizes, 2) - 2),
     }
 
 
 def _integers(items, name, count):
-    values = np.empty(count, np.int32)  # Blender's own type: copied as a whole
+    values = np.empty(count, np.int32)  # This is Blender's own type, so that it copies the array as a whole.
     items.foreach_get(name, values)
     return values.view(np.uint32)
 
@@ -144,7 +145,7 @@ def _colors(mesh, loops, vertices):
 def _export_instance(instance, mesh_index, names, context):
     item = instance.object
     camera, shadow = item.visible_camera, item.visible_shadow
-    if instance.is_instance and instance.parent:  # the instancer's switches hold for what it makes (as in Cycles)
+    if instance.is_instance and instance.parent:  # As in Cycles, the switches of an instancer hold for what it makes.
         camera, shadow = camera and instance.parent.visible_camera, shadow and instance.parent.visible_shadow
     random_id = instance.random_id if instance.is_instance else name_hash(item.original.name)
     return {

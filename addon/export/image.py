@@ -12,7 +12,7 @@ from .description import Description, Warn
 if TYPE_CHECKING:
     import bpy
 
-MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # larger ones are refused before anything is allocated
+MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # Larger images are refused before anything is allocated.
 
 
 class ImageTable:
@@ -39,7 +39,7 @@ class ImageTable:
         if name in {"Non-Color", "Raw"} or getattr(image.colorspace_settings, "is_data", False):
             return 'NonColor'
         if image.is_float or name in compat.linear_color_names():
-            return 'Linear'  # float buffers are scene-linear once Blender has loaded them
+            return 'Linear'  # Blender makes float buffers scene-linear when it loads them.
         if name != "sRGB":
             self._warn(image.name, f"colour space {name} is not supported: read as sRGB")
         return 'SRGB'
@@ -59,7 +59,8 @@ class ImageTable:
         pixels = np.empty(width * height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
         rgba = _as_rgba(pixels.reshape(height, width, image.channels))
-        if image.is_float and image.channels in {2, 4}:  # Blender keeps float images premultiplied
+        # Blender keeps float images multiplied by their alpha; the core wants them without.
+        if image.is_float and image.channels in {2, 4}:
             alpha = rgba[..., 3:]
             np.divide(rgba[..., :3], alpha, out=rgba[..., :3], where=alpha > 0)
         return {**empty, "width": width, "height": height, "rgba": rgba}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import bpy
 
-_NONE = (0x7fffffff, -1)  # numbers behind the last one
+_NONE = (0x7fffffff, -1)  # What Blender fills the list of numbers up with.
 
 
 class Instancers:
@@ -16,7 +16,7 @@ class Instancers:
 
     def __init__(self) -> None:
         self._parent: bpy.types.Object | None = None
-        # (way, original) of the instances that the last one lies in, the outermost first and the last one itself at the end
+        # The instances that the last one lies in, as pairs (way, original): the outermost first, the last one itself at the end.
         self._open: list[tuple[tuple[int, ...], bpy.types.Object]] = []
         self._members: dict[bpy.types.Collection | None, list[bpy.types.Object]] = {}
 
@@ -46,7 +46,7 @@ class Instancers:
         if maker.instance_type == 'COLLECTION':
             inner = way[last + 1:]
             return way[last] - start[last] in (0, 1) and (len(inner) > 1 or self._member(maker, inner[0]) == item)
-        # Geometry nodes count an instance and what it makes apart
+        # Geometry nodes number an instance and what it makes apart, so nothing more can be checked.
         return way[last] - start[last] in (0, 1) and (maker.instance_type != 'NONE' or bool(maker.modifiers))
 
     def _unseen(self, maker, inner):

@@ -35,13 +35,14 @@ def export_light(item: bpy.types.Object, matrix_world: Rows, names: list[str], w
         description["angle"] = lamp.angle
     elif lamp.type == 'SPOT':
         description["spot_angle"], description["spot_blend"] = lamp.spot_size, lamp.spot_blend
-        description["spot_cosine"] = not _is_newer(lamp)  # Cycles' spots: measured in 3.4 and 4.3
+        # Older spots of Cycles fall off with the cosine (measured in 3.4 and 4.3).
+        description["spot_cosine"] = not _is_newer(lamp)
     elif lamp.type == 'AREA':
         description["shape"] = _SHAPES[lamp.shape]
         description["size_x"] = lamp.size
         description["size_y"] = lamp.size_y if lamp.shape in {'RECTANGLE', 'ELLIPSE'} else lamp.size
         description["spread"] = getattr(lamp, "spread", math.pi)
-    if not getattr(lamp, "normalize", True):  # 4.5: power per area instead of power
+    if not getattr(lamp, "normalize", True):  # Since 4.5 the power may be one per area.
         warn(item.original.name, "Normalize off is not supported: the lamp's power is taken as the whole lamp's")
     return description
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from .image import ImageTable
 
-GroupPath: TypeAlias = tuple["bpy.types.Node", ...]  # the group nodes that a node lies in, outermost first
+GroupPath: TypeAlias = tuple["bpy.types.Node", ...]  # The group nodes that a node lies in, outermost first.
 
 _OPTIONS = (
     "interpolation", "extension", "projection", "projection_blend", "operation", "use_clamp", "data_type", "blend_type", "clamp_factor",
@@ -24,7 +24,7 @@ _OPTIONS = (
     "attribute_name", "attribute_type", "layer_name", "mode", "distribution", "gradient_type", "convert_from", "convert_to",
     "direction_type", "axis", "noise_dimensions", "noise_type", "normalize", "wave_type", "bands_direction", "rings_direction",
     "wave_profile", "rotation_type")
-_TABLE_ROWS = 256  # as many as Cycles bakes
+_TABLE_ROWS = 256  # Cycles bakes ramps and curves into as many.
 _BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
     (0.8263, 0.9945, 1.5663), (0.9102, 0.9937, 1.3274), (1.0057, 0.9872, 1.1087), (1.1103, 0.9758, 0.9164),
     (1.2226, 0.9592, 0.7494), (1.3413, 0.9379, 0.6076), (1.464, 0.9135, 0.4878), (1.5897, 0.8869, 0.3861),
@@ -35,7 +35,7 @@ _BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
     (3.8218, 0.2704, 0), (3.9432, 0.2345, 0), (4.0621, 0.1993, 0), (4.1798, 0.1644, 0),
     (4.2946, 0.1303, 0), (4.4069, 0.0969, 0), (4.5169, 0.0642, 0), (4.6247, 0.0321, 0),
     (4.7306, 0.0005, 0))
-_MAX_NODES = 4097  # one more than the core takes, so that it says so
+_MAX_NODES = 4097  # One more than the core takes, so that the core refuses the material and says why.
 
 
 def export_material(material: bpy.types.Material, images: ImageTable, warn: Warn) -> Description:
@@ -188,10 +188,11 @@ class _Flattener:
             name, source = _canonical(node, socket), self.source_of(socket, path)
             if isinstance(source, _Link):
                 inputs.append(_input(name, [0.0] * 4, self.node_index(source), source.output))
-            elif source is None:  # fed by a muted node that passes nothing on
+            elif source is None:  # It is fed by a muted node that passes nothing on.
                 inputs.append(_input(name, [0.0] * 4))
             elif source is not socket and source.type != socket.type and source.type != 'SHADER':
-                inputs.append(_input(name, [0.0] * 4, *self._constant_node(source)))  # the core converts between types
+                # A node of its own holds the value, and the core converts its type.
+                inputs.append(_input(name, [0.0] * 4, *self._constant_node(source)))
             elif hasattr(source, "default_value") and not source.hide_value:
                 value = _value_of(source)
                 if value is not None:

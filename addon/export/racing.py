@@ -12,7 +12,7 @@ from .. import compat
 if TYPE_CHECKING:
     import bpy
 
-_FACES_OF_A_THREAD = 1024  # as Blender deals them out: fewer are added up by one thread, in their order
+_FACES_OF_A_THREAD = 1024  # Blender deals so many faces to a thread: the normals of fewer are added up by one thread, in order.
 
 
 def racing_modifier(item: bpy.types.Object) -> bpy.types.Modifier | None:
@@ -30,7 +30,7 @@ def _follows_normals(modifier):
         return modifier.solidify_mode == 'EXTRUDE' and not modifier.use_quality_normals
     if kind == 'WAVE':
         return modifier.use_normal
-    if kind == 'PARTICLE_SYSTEM':  # they start along the normal
+    if kind == 'PARTICLE_SYSTEM':  # Particles start along the normal.
         return modifier.particle_system.settings.render_type in {'OBJECT', 'COLLECTION'}
     if kind == 'NODES':
         return modifier.node_group is not None and _reads_normals(modifier.node_group, set())

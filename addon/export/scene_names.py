@@ -16,7 +16,8 @@ class Homes:
     """Where each name is at home: in this file (None) or in libraries. Kinds of things share their names, as in expressions."""
 
     def __init__(self, *kinds: Iterable[bpy.types.ID]) -> None:
-        self._full: dict[str, dict[bpy.types.Library | None, str]] = {}  # name -> {library: its name as Blender tells it}
+        # Of each name: the libraries that it is at home in, with the full name that Blender tells there.
+        self._full: dict[str, dict[bpy.types.Library | None, str]] = {}
         for items in kinds:
             for item in items:
                 self._full.setdefault(item.name, {})[item.library] = item.name if item.library is None else item.name_full
