@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edit Light Here: asks the core which kinds of light arrive at a place, and offers an edit for each. No grammar needed.
 
-A short session of its own with an entry that takes nothing (no path has two lamps); the core tells what crosses it."""
+The answer comes from a short session of its own, in which an additional entry lies at the place. Its expression matches no path (none has
+two lamps), so it takes nothing; the core tells which light crosses it."""
 import bpy
 import numpy as np
 
@@ -16,7 +17,7 @@ _NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sa
 
 
 def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.ndarray) -> core.Session:
-    """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
+    """Starts a session that finds what arrives at the square of this matrix. Blender's data is not touched afterwards."""
     context = export.Context(Names(data.collections, data.objects, data.worlds))
     matrix = compat.matrix(matrix)
     camera = {"name": _PLACE, "kind": 'Orthographic', "matrix": matrix, "ortho_scale": 1.0, "sensor_fit": 'Horizontal',
@@ -35,13 +36,14 @@ def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.nd
 
 
 def _last_order(edits):
-    """Behind all quads of one plane: what others take there is gone before it arrives."""
+    """An order behind that of all edits: where quads lie in one plane, what the others take is gone before it arrives."""
     quads = [quad for edit in edits for quad in (edit["entry"], *(out["quad"] for out in edit["exits"]))]
     return 1 + max((quad["order"] for quad in quads), default=0)
 
 
 def answer(session: core.Session) -> tuple[list[tuple[str, float]], str]:
-    """([(expression, share)], name of an edit that takes the light before) of a session that is over; a Failure if it could not tell."""
+    """What a session that is over has found: (expression, share) of each kind of light, and the name of an edit that takes the light before,
+    if one does. Raises a Failure if the session failed."""
     progress = session.progress()
     if progress["state"] == 'failed':
         raise final.core_failure(progress)
@@ -50,7 +52,7 @@ def answer(session: core.Session) -> tuple[list[tuple[str, float]], str]:
 
 
 def told(expression: str, share: float) -> str:
-    """One line of the menu: 62 %, light from Lamp, then one or more mirrors or glass."""
+    """One line of the menu, such as "62 %   light from Lamp, then one or more mirrors or glass"."""
     return f"{100 * share:.0f} %   {expression_words.tell(core.load().parse(expression), checking.language())}"
 
 
@@ -65,7 +67,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
                                   subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Waits for the answer (scripts); the menu is for invoke."""
+        """For scripts: waits for the answer. The interface calls invoke, which shows the menu."""
         try:
             session = self._ask(context)
             while not session.wait(_POLL):

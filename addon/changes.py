@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a depsgraph's list of updates means to a picture that is being rendered of it. No bpy."""
+"""What the updates that a depsgraph lists mean to a picture that is being rendered of it. Needs no bpy."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -15,7 +15,8 @@ _UNSEEN = {"Action", "Brush", "Screen", "Text", "WindowManager", "WorkSpace", "P
 
 
 def of(depsgraph: bpy.types.Depsgraph) -> int:
-    """The largest of the kinds above that the updates may be. Scene: (de)selection, but also what is hidden; see roll()."""
+    """The largest of the three kinds of change above that the updates may be. An update of the scene may be a mere selection, but also that
+    something was hidden or shown: roll() tells."""
     updates = list(depsgraph.updates)
     # From Blender 5.2 on, a change of a scene's property lists all objects of the scene as well, with changed shading. They are passed over:
     # what really changes the look of an object is a datablock of its own in the list.
@@ -37,7 +38,7 @@ def _kind(datablock):
 
 
 def roll(depsgraph: bpy.types.Depsgraph) -> tuple[list[str], str | None]:
-    """Who is in the picture: equal before and after an update of the scene, unless something was hidden, shown, added or exchanged."""
+    """What is in the picture. Two rolls are equal unless something was hidden, shown, added or exchanged in between."""
     world = depsgraph.scene_eval.world
     there = [instance.object.name_full for instance in depsgraph.object_instances
              if instance.object.type != 'EMPTY' and (instance.show_self or instance.is_instance)]
@@ -45,7 +46,7 @@ def roll(depsgraph: bpy.types.Depsgraph) -> tuple[list[str], str | None]:
 
 
 def same(a: object, b: object) -> bool:
-    """Equal, arrays in it too."""
+    """Are two descriptions equal, with the arrays in them?"""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (list, tuple)):

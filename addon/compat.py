@@ -36,18 +36,18 @@ def set_pass_rect(render_pass: bpy.types.RenderPass, pixels: np.ndarray) -> None
 
 
 def builds_on_racing_normals(mesh: bpy.types.Mesh) -> bool:
-    """Whether Blender adds up normals at vertices on threads that race, so that they differ in their last bits from one time to the next:
-    before 4.1."""
+    """Does this Blender add up the normals at vertices on threads that race, so that their last bits differ from one time to the next?
+    Those before 4.1 do."""
     return not hasattr(mesh, "corner_normals")
 
 
 def shades_by_racing_normals(mesh: bpy.types.Mesh) -> bool:
-    """Whether those are what a mesh is shaded by: Auto Smooth makes its normals fan by fan, each of them on one thread."""
+    """Is the mesh shaded by such normals? Auto Smooth makes normals of its own, fan by fan, each of them on one thread."""
     return builds_on_racing_normals(mesh) and not mesh.use_auto_smooth
 
 
 def split_normals(mesh: bpy.types.Mesh, loop_count: int) -> np.ndarray | None:
-    """Blender's own normals, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
+    """Blender's own normals, one per loop, or None if every face is flat. Blender 4.1 has no calc_normals_split any more."""
     normals = np.empty(loop_count * 3, np.float32)
     if hasattr(mesh, "corner_normals"):  # since 4.1
         if mesh.normals_domain == 'FACE':  # type: ignore[attr-defined]
@@ -63,19 +63,19 @@ def split_normals(mesh: bpy.types.Mesh, loop_count: int) -> np.ndarray | None:
 
 
 def smooth_polygons(mesh: bpy.types.Mesh) -> np.ndarray:
-    """One bool per polygon."""
+    """Which polygons are smooth: one bool each."""
     smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get("use_smooth", smooth)
     return smooth
 
 
 def matrix(blender_matrix: Any) -> np.ndarray:
-    """(4, 4) float64, rows together; Blender 5's come out with their columns together."""
+    """A matrix as an array (4, 4) of float64, its rows together; Blender 5's come out with their columns together."""
     return np.array(blender_matrix, np.float64, order='C')
 
 
 def vertex_positions(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(n, 3) float32. The attribute (3.5) is several times faster than the vertices."""
+    """Positions of the vertices, (n, 3) float32. The attribute (since 3.5) is read several times faster than the vertices."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)
     attribute = mesh.attributes.get("position")
     if attribute is not None and len(attribute.data) == len(mesh.vertices):
@@ -86,7 +86,7 @@ def vertex_positions(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def uv_corners(layer: bpy.types.MeshUVLoopLayer, loop_count: int) -> np.ndarray:
-    """(loops, 2) float32 of one UV map; `.uv` replaced `.data` in 3.5."""
+    """The coordinates of one UV map, (loops, 2) float32; `.uv` replaced `.data` in 3.5."""
     uv = np.empty(loop_count * 2, np.float32)
     if hasattr(layer, "uv"):
         layer.uv.foreach_get("vector", uv)
@@ -112,7 +112,7 @@ def builtin_shader(gpu: ModuleType, name: str) -> gpu_types.GPUShader:
 
 
 def text_size(blf: ModuleType, size: float) -> None:
-    """The size of drawn text; it lost its dots per inch in 3.6 or so, and warns or fails with them from 4.0."""
+    """Sets the size of drawn text. The call lost its dots per inch in 3.6 or so; from 4.0 it warns or fails with them."""
     try:
         blf.size(0, size)
     except TypeError:
@@ -135,7 +135,7 @@ def color_attribute_layers(mesh: bpy.types.Mesh) -> list[Any]:
 
 
 def active_first(items: list[T], index: int) -> list[T]:
-    """The list with item `index` moved to the front; out of range leaves it alone."""
+    """The list with item `index` moved to the front; the list itself if there is no such item."""
     if 0 <= index < len(items):
         return [items[index]] + items[:index] + items[index + 1:]
     return items

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which new thing was made of which old one: by Full Copy of a scene, Make Single User, duplicating, appending, Make Local, overriding.
 
-Blender tells it of overrides alone. The others show it by their names, "Egg" and "Egg.001", by the scene that they are in, and by what
-they are like."""
+Blender tells it of overrides alone. Other copies are known by their names ("Egg" and "Egg.001"), by the scenes that they are in, and by
+what they look like."""
 from __future__ import annotations
 
 import re
-from collections import namedtuple
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import bpy
 
@@ -15,7 +15,7 @@ _NUMBER = re.compile(r"\.\d+$")
 
 
 def stem(name: str) -> str:
-    """Without the number by which Blender tells copies apart."""
+    """A name without the number by which Blender tells copies apart."""
     return _NUMBER.sub("", name)
 
 
@@ -36,13 +36,17 @@ def _is_in(scene: bpy.types.Scene, item: bpy.types.Object) -> bool:
     return found == item or found is not None and item in scene.objects[:]  # A linked object may have the name of a local one.
 
 
-# By what a copy is known: its kind and its name without the number are the original's. Of several such things the one with the same
-# likeness is taken: objects that lie where the original lies, collections that hold things of the same names.
-Look = namedtuple("Look", "kind stem likeness")
+class Look(NamedTuple):
+    """What a thing looks like, by which its copies are known: their kind and their stem are the same. Of several such things the one of
+    the same likeness is taken: objects that lie where the original lies, collections that hold things of the same names."""
+
+    kind: str
+    stem: str
+    likeness: tuple[object, ...]
 
 
 def look(item: bpy.types.ID) -> Look:
-    """To be kept, as what is made local may be gone when its copy is there."""
+    """What a thing looks like. It is remembered, since a thing that is made local may be gone when its copy is there."""
     likeness: tuple[object, ...] = ()
     if isinstance(item, bpy.types.Object):
         likeness = item.type, *(number for row in item.matrix_basis for number in row)
@@ -52,13 +56,13 @@ def look(item: bpy.types.ID) -> Look:
 
 
 def override_of(item: bpy.types.ID, items: Iterable[bpy.types.ID]) -> bpy.types.ID | None:
-    """The one that overrides a linked `item`, or None."""
+    """The one of the items that overrides a linked `item`, or None."""
     return next((new for new in items if new.override_library is not None and new.override_library.reference == item), None)
 
 
 def of(wanted: Look, arrivals: set[bpy.types.ID], rivals: Iterable[bpy.types.ID], scenes: set[bpy.types.Scene]) -> bpy.types.ID | None:
-    """The one of the new things that was made of what looked like `wanted`, best one in these scenes; None if none was. `rivals`: what
-    else there was."""
+    """The one of the new things (arrivals) that was made of what looked like `wanted`; None if none was. One in these scenes is preferred.
+    `rivals` are all things that are not new."""
     looks = {new: look(new) for new in arrivals if stem(new.name) == wanted.stem and new.library is None}
     found = [new for new, seen in looks.items() if seen.kind == wanted.kind]
     # What is appended is made of something that was never in this file. So any of them will do that is like none of the rivals.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All edits of the scene in one list: switch on and off, alone, all at once; choose; see which took light in the last render."""
+"""The list of all edits of the scene: they are chosen here, switched on and off, one alone, all at once; marks tell which took light."""
 from typing import Any
 
 import bpy

@@ -44,7 +44,7 @@ def _draw_expression(layout, region, edit):
 
 
 def _draw_figures(layout, region, found):
-    """What the last render found; how it was measured stands in a tooltip."""
+    """Draws what the last render found. A tooltip tells how it was measured."""
     row = layout.row()
     column = row.column()
     for text, icon in edit_statistics.lines(found):
@@ -54,7 +54,7 @@ def _draw_figures(layout, region, found):
 
 
 def _draw_arrivals(layout, found):
-    """What light came here in the last render, commonest first; a click makes it the expression."""
+    """Draws which light came here in the last render, the commonest first. A click makes it the expression."""
     if found is None or not found.arrivals:
         return
     layout.label(text="Light that arrived here")
@@ -125,12 +125,12 @@ def _draw_exit(layout, edit):
 
 
 def _draw_image(layout, edit, name, label):
-    """Choose or open an image; a label in line with those of numbers."""
+    """Draws where an image is chosen or opened, its label in line with those of numbers."""
     layout.template_ID(edit, name, open="image.open", text=label)
 
 
 def draw_edit(layout: bpy.types.UILayout, region: bpy.types.Region, item: bpy.types.Object) -> None:
-    """The whole panel of an edit's Empty."""
+    """Draws the whole panel of an edit's Empty."""
     edit = item.sluice
     roles = layout.row(align=True)
     for role, label in (('NONE', "None"), ('ENTRY', "Entry"), ('EXIT', "Exit")):

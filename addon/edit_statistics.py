@@ -1,21 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the last render, final or in a view, found at each edit: how much light its entry took, where it failed to take any. No bpy but for a redraw.
+"""What the last render, final or in a view, found at each edit: how much light its entry took, or why it took none.
 
-Kept by the name of the entry until the next render or file; of several view layers, the last counts. Panels,
-the list of edits and the overlay ask it."""
+It is kept by the name of the entry until the next render or file; of several view layers the last counts. Panels, the list of edits and
+the overlay show it."""
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import bpy
 
 from . import core, registration, render_progress
 
-# acted: it took light, or paths from the eye; powers in W; taken: share of the lamps' light, or of the paths from the eye; share: of the
-# picture; floats, side: how far it floats in front of its plane, and its shorter side (m); taker: an edit that takes most of the light
-# before; arrivals: [(word, share)]
-Found = namedtuple("Found", "matched moved capped acted power_in power_out taken share seconds floats side crossed probed taker arrivals")
+
+class Found(NamedTuple):
+    """What a render found at one edit."""
+
+    matched: int  # paths that the entry took
+    moved: int  # paths that exits sent on
+    capped: int  # paths absorbed at the limit of edits per path
+    acted: bool  # Did the entry take light, or paths from the eye?
+    power_in: float  # W
+    power_out: float  # W
+    taken: float  # share of the lamps' light that the entry took; of the paths from the eye, where it took no light
+    share: float  # share of the picture that the edit makes
+    seconds: float
+    floats: float  # how far the quad floats in front of its plane, m
+    side: float  # the quad's shorter side, m
+    crossed: int  # test paths that crossed the entry, whatever its expression
+    probed: int  # test paths in all
+    taker: str  # the edit that takes most of the light before it comes here
+    arrivals: Sequence[tuple[str, float]]  # (expression, share) of the light that came here
+
+
 METHOD = ("Share: of all light in the picture, what this edit took on its way, as the layer L.*F'…'.*E shows it. Seconds: measured on the paths "
           "behind its squares, over the threads; asking which light crosses them, and gathering it on surfaces, are not in it")
 
@@ -26,7 +43,7 @@ _found: dict[str, Found] = {}
 
 
 def remember(session: core.Session) -> None:
-    """Keeps a session's figures. Also from the render's thread: one assignment, no Blender data."""
+    """Keeps a session's figures. The thread of a render may call it, too: it makes one assignment and touches no Blender data."""
     global _found
     told, passes = session.statistics(), max(1, session.progress()["pass"])
     _found = {**_found, **{row["name"]: _read(row, told, passes) for row in told.get("edits", ())}}
@@ -40,12 +57,12 @@ def _read(row, told, passes):
 
 
 def taker(row: dict[str, Any]) -> str:
-    """The edit that takes what would cross an entry, where that is more than what does."""
+    """The name of the edit that takes light before it crosses an entry, where that is more than what does cross it; else empty."""
     return row["taker"] if row.get("taken", 0) > row.get("crossed", 0) else ""
 
 
 def of(name: str) -> Found | None:
-    """What was found at the entry of this name, or None: it was not in the last render, or there was none."""
+    """What was found at the entry of this name. None: it was not in the last render, or there was none."""
     return _found.get(name)
 
 
@@ -66,7 +83,7 @@ def icon(found: Found | None) -> str:
 
 
 def lines(found: Found | None) -> list[tuple[str, str]]:
-    """[(sentence, icon)] for the panel."""
+    """What the panel tells, as pairs (sentence, icon)."""
     if found is None:
         return []
     floats = [(f"Floats {length(found.floats)} in front of its plane", 'INFO')] if found.floats > _FLOATS_TO_TELL * found.side > 0 else []
@@ -103,12 +120,12 @@ def _nothing(found):
 
 
 def percent(share: float) -> str:
-    """3.1 %, 12 %, 100 %."""
+    """A share as text: 3.1 %, 12 %, 100 %."""
     return f"{100 * share:.2g} %" if 1e-4 <= share < 0.0995 else "under 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.0f} %"
 
 
 def length(metres: float) -> str:
-    """1.23 m, 4.5 cm, 6.7 mm."""
+    """A length as text: 1.23 m, 4.5 cm, 6.7 mm."""
     for unit, size in (("km", 1e3), ("m", 1), ("cm", 1e-2), ("mm", 1e-3)):
         if metres >= size:
             return f"{metres / size:.3g} {unit}"
@@ -116,7 +133,7 @@ def length(metres: float) -> str:
 
 
 def power(watts: float) -> str:
-    """1.23 W, 4.5 mW, 0 W."""
+    """A power as text: 1.23 W, 4.5 mW, 0 W."""
     for unit, size in (("kW", 1e3), ("W", 1), ("mW", 1e-3), ("µW", 1e-6)):
         if watts >= size:
             return f"{watts / size:.3g} {unit}"
@@ -124,7 +141,7 @@ def power(watts: float) -> str:
 
 
 def stamp(found: Found) -> str:
-    """One line for the header of the image's file."""
+    """What was found at an edit in one line, for the header of the image's file."""
     took = f"took {100 * found.taken:.4g} % of the {'lamps' if found.power_in > 0 else 'view'}, " if found.matched else ""
     acted = "took light on its way to the eye, " if found.acted and not found.matched else ""
     return (f"matched {found.matched}, moved {found.moved}, capped {found.capped}, in {found.power_in:.6g} W, out {found.power_out:.6g} W, "
@@ -133,7 +150,7 @@ def stamp(found: Found) -> str:
 
 
 def stamps() -> dict[str, str]:
-    """{edit: line} of the last render."""
+    """The lines for the header of the last render, by the names of edits."""
     return {name: stamp(found) for name, found in _found.items()}
 
 

@@ -36,8 +36,8 @@ def _frame(item):
 
 
 def _leaning(axis, towards_eye, up):
-    """An arrow's unit direction as it is drawn: its axis, turned away from the line of sight as far as it takes to see it. All unit
-    vectors; `up`: in the picture."""
+    """The direction in which an arrow is drawn: its axis, turned away from the line of sight as far as it takes to see it. All are unit
+    vectors; `up` points upwards in the picture."""
     along = axis.dot(towards_eye)
     across = axis - towards_eye * along
     if across.length >= math.sin(_LEAN):
@@ -73,7 +73,7 @@ def _begin(item):
 
 
 def _end():
-    """A timer, once a drag is over: its step of undo, unless it was cancelled or led nowhere."""
+    """A timer that runs when a drag is over. It makes the step of undo, unless the drag was cancelled or led nowhere."""
     global _before
     item = _active()
     if item is not None and _before is not None and _values(item) != _before:
@@ -223,7 +223,7 @@ class SLUICE_GGT_borders(_Group, bpy.types.GizmoGroup):
         self.refresh(context)
 
     def refresh(self, context: bpy.types.Context) -> None:
-        """One border per quad; those left over wait, hidden."""
+        """Shows one border per quad. Those left over wait, hidden."""
         items = model.visible_parts(context)
         while len(self.gizmos) < len(items):
             gizmo = self.gizmos.new("SLUICE_GT_border")

@@ -3,15 +3,21 @@
 something happens that may change them."""
 from __future__ import annotations
 
-from collections import namedtuple
+from typing import NamedTuple
 
 import bpy
 
 from . import compat, registration
-from .export.scene_names import Names
+from .export.scene_names import Homes, Names
 
-# here: names of things in the scene; elsewhere: names of those that only the file has
-Known = namedtuple("Known", "homes here elsewhere")
+
+class Known(NamedTuple):
+    """What names mean."""
+
+    homes: Homes
+    here: tuple[str, ...]  # names of things in the scene
+    elsewhere: frozenset[str]  # names of those that only the file has
+
 
 _known: dict[tuple[str, int, int, int], Known] = {}  # The key is the name of the scene and how many things there are.
 

@@ -21,7 +21,7 @@ class SLUICE_UL_layers(bpy.types.UIList):
 
 
 class _LayerOperator:
-    """An operator on the list of layers."""
+    """An operator on the list of layers of the view layer."""
 
     bl_options = {'REGISTER', 'UNDO'}
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's own panels that hold for Sluice too: a name added to COMPAT_ENGINES, taken away again on unregister. No panel whose
-options Sluice ignores; ours for lamps and visibility are in panels.py. Also the shader nodes in the node editor's Add menu."""
+"""Blender's own panels that hold for Sluice too: our name is added to their COMPAT_ENGINES, and taken away again on unregister. No panel
+is among them whose options Sluice ignores; panels.py has our own for lamps and visibility. Also the shader nodes in the Add menu."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ _adopted: list[Any] = []  # The panels that carry our name because we put it the
 
 
 def compatible_panels() -> Iterator[Any]:
-    """The native panels that shall show for Sluice."""
+    """The native panels that shall show when Sluice is the engine."""
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", None)
         if engines is None or panel.__name__ in _EXCLUDED:

@@ -5,9 +5,8 @@ dimmed where they do not act, dashed where the last render found no light for th
 Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
@@ -21,8 +20,12 @@ _TOWARDS_EYE = 0.004
 _DASHES = 9  # Each side of a quad is cut into so many.
 _handles: list[Any] = []
 
-# Both are lists of (points, colours): three points for each triangle, two for each line.
-Shape = namedtuple("Shape", "fills lines")
+
+class Shape(NamedTuple):
+    """What is drawn of edits, as lists of (points, colour or colours)."""
+
+    fills: list[tuple[Any, Any]]  # three points for each triangle
+    lines: list[tuple[Any, Any]]  # two points for each line
 
 
 def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -43,7 +46,7 @@ def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _looks(item, scene):
-    """(colour, strength, dashed) of an edit's Empty."""
+    """How an edit's Empty is drawn: (colour, opacity, whether its border is dashed)."""
     entry = model.entry_of(item)
     alive = entry is not None and model.acts(scene, entry) and entry.name in scene.objects
     found = edit_statistics.of(entry.name_full) if alive else None
@@ -60,7 +63,7 @@ def _fill(edit, color):
 
 
 def _dashes(points):
-    """Pairs of points, each cut into dashes."""
+    """Lines, given as pairs of points, cut into dashes."""
     steps = np.linspace(0, 1, 2 * _DASHES)[:, None]
     return np.concatenate([a + steps * (b - a) for a, b in points.reshape(-1, 2, 3)])
 
@@ -149,7 +152,7 @@ def _draw_shapes(found, region, region_3d, opacity):
 
 
 def _draw_batch(gpu, parts, region_3d, strength, region=None):
-    """Triangles, or lines as wide in every region."""
+    """Draws triangles; or lines, of one width in pixels in every region, if a region is given."""
     from gpu_extras.batch import batch_for_shader
     kind, shader_name = ('TRIS', "SMOOTH_COLOR") if region is None else ('LINES', "POLYLINE_SMOOTH_COLOR")
     shader = compat.builtin_shader(gpu, shader_name)

@@ -41,8 +41,8 @@ _LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a
 
 
 def clean_name(name: str, taken: Container[str] = ()) -> str:
-    """A name that the compositor and a file can hold: it can be read, has no dot (files split their channels' names there), is not
-    too long, and no other pass has it."""
+    """The name, changed so far that the compositor and a file can hold it: it is printable, has no dot (files split their channels' names
+    there), is not too long, and no other pass has it."""
     name = " ".join("".join(letter if letter.isprintable() and letter != "." else " " for letter in name).split())
     base = _cut(name, _LONGEST) or "Layer"
     unique, number = base, 1
@@ -57,7 +57,7 @@ def _cut(text, size):
 
 
 def export_layers(view_layer: bpy.types.ViewLayer) -> list[Description]:
-    """The LayerDescriptions of a view layer. Scripts may leave names empty or give one twice: each gets its own."""
+    """The LayerDescriptions of a view layer. Scripts may leave names empty or give one twice, so each gets one of its own here."""
     found: list[Description] = []
     for layer in view_layer.sluice.layers:
         found.append({"name": clean_name(layer.name, [item["name"] for item in found]), "expression": layer.expression})
@@ -65,7 +65,7 @@ def export_layers(view_layer: bpy.types.ViewLayer) -> list[Description]:
 
 
 def all_passes(layers: Iterable[Description]) -> tuple[Pass, ...]:
-    """Ours, and one for each of the LayerDescriptions."""
+    """Our render passes, and one for each of the LayerDescriptions."""
     return PASSES + tuple(Pass(layer["name"], "RGB", 'COLOR') for layer in layers)
 
 
@@ -82,7 +82,7 @@ def add_passes(engine: bpy.types.RenderEngine, layer: str, passes: Sequence[Pass
 
 
 def begin(engine: bpy.types.RenderEngine, layer: str) -> bpy.types.RenderResult:
-    """A result of the size that Blender wants: the border's with a render border, the whole frame else."""
+    """Begins a result of the size that Blender wants: that of the render border if there is one, else of the whole frame."""
     return engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=layer)
 
 

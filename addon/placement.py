@@ -15,7 +15,7 @@ _TOUCHES = 0.02  # A surface that is nearer to the cursor than this fraction of 
 
 
 def _selected_faces(context):
-    """(points, normal) in world space of the faces selected in edit mode (else the active one), or None."""
+    """Corners and mean normal, in world space, of the faces that are selected in edit mode; of the active face if none is; else None."""
     points, normal = [], Vector()
     for item in context.objects_in_mode_unique_data if context.mode == 'EDIT_MESH' else ():
         mesh = bmesh.from_edit_mesh(item.data)
@@ -28,7 +28,7 @@ def _selected_faces(context):
 
 
 def find(context: bpy.types.Context, size: float) -> tuple[Matrix, bool]:
-    """(matrix, whether faces are selected) of where an edit would be made: on the selected faces, else at the 3D cursor."""
+    """Where an edit would be made: on the selected faces, else at the 3D cursor. Returns the matrix, and whether faces are selected."""
     faces = _selected_faces(context)
     if faces is not None:
         return Matrix(quad_geometry.fit_quad(*faces)), True
@@ -47,8 +47,8 @@ def _view(context):
 
 
 def at_cursor(context: bpy.types.Context) -> tuple[Matrix, float]:
-    """(matrix, distance from the eye) at the 3D cursor: lying on the surface that the view shows there, if it shows one, else turned as
-    the cursor is. Without a view: as if 8 m away."""
+    """The matrix of a quad at the 3D cursor, and the distance from the eye. It lies on the surface that the view shows there, if it shows
+    one; else it is turned as the cursor is. Without a view it counts as 8 m away."""
     cursor, view = context.scene.cursor.matrix, _view(context)
     if view is None:
         return cursor, 1 / _SHARE_OF_DISTANCE

@@ -23,7 +23,7 @@ def _homes():
 
 
 def _nouns(_self, context):
-    """What can be named, with the event that it makes: "S'Egg'" and "D'Egg'" for a mesh. Blender lists them by the alphabet."""
+    """Items of an enumeration: what can be named, with the event that it makes, as S'Egg' and D'Egg' for a mesh. Blender sorts them."""
     scene, found, homes = context.scene, [], _homes()
     for item in sorted(scene.objects, key=lambda item: item.name_full):
         name = homes.own(item)[0]
@@ -99,7 +99,7 @@ class SLUICE_OT_set_expression(OnOwnEntry, bpy.types.Operator):
 
     @staticmethod
     def _named(context):
-        """The name of a thing that is selected beside the edit."""
+        """The name of a thing that is selected beside the edit; empty if there is none."""
         chosen = (item for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE')
         return next((_homes().own(item)[0] for item in chosen), "")
 
@@ -171,7 +171,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
             self._draw_first(layout, context.window_manager)
 
     def _draw_first(self, layout, manager):
-        """The field for a name, as Blender draws it; without a folder it would speak of missing paths."""
+        """Draws the field for a new preset's name as Blender does. Without any preset, Blender's own code would complain of a missing folder."""
         row = layout.row()
         field = row.row()
         field.emboss = 'NORMAL'

@@ -41,7 +41,7 @@ def _expression_changed(self, context):
 
 
 def _role_changed(self, context):
-    """The order is given when an Empty becomes part of an edit, one above all others, so that it is unique."""
+    """An Empty that becomes part of an edit gets an order, one above all others, so that it is unique."""
     owner = self.id_data
     others = {item.sluice.order for item in bpy.data.objects if item != owner and item.sluice.role != 'NONE'}
     if self.role != 'NONE' and (self.order == 0 or self.order in others):
@@ -180,7 +180,7 @@ class SluiceScene(bpy.types.PropertyGroup):
 
 
 def _layer_renamed(self, _context):
-    """Passes need names of their own: this one makes way for the others. Then the compositor learns of it."""
+    """Each pass needs a name of its own: a new name makes way for the others. Then the compositor learns of it."""
     for view_layer in self.id_data.view_layers:
         layers = list(view_layer.sluice.layers)
         if self not in layers:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a new quad lies: the smallest rectangle round points in a plane, as the matrix of an Empty of display size 1. No bpy."""
+"""The geometry of a new quad: the smallest rectangle round points in a plane, as the matrix of an Empty of display size 1. Needs no bpy."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ _MIN_HALF = 1e-4  # In metres: a rectangle round a line or a point has an area, 
 
 
 def frame_from_normal(normal: Numbers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A right-handed orthonormal (x, y, normal), x as level as it can be."""
+    """A right-handed orthonormal frame (x, y, normal), x as level as it can be."""
     n = np.asarray(normal, np.float64)
     length = np.linalg.norm(n)
     n = n / length if length > 1e-12 else np.array((0.0, 0.0, 1.0))
@@ -42,7 +42,7 @@ def fit_quad(points: Numbers, normal: Numbers) -> np.ndarray:
 
 
 def _smallest_rectangle(flat):
-    """(angle, low, high) of the least rectangle round 2D points: one of its sides lies on an edge of their hull."""
+    """The smallest rectangle round 2D points: its angle, and its corners (low, high) when turned level. One side lies on an edge of the hull."""
     best: tuple[float, float, np.ndarray, np.ndarray] | None = None
     hull = _hull(flat)
     edges = np.roll(hull, -1, axis=0) - hull

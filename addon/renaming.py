@@ -55,7 +55,7 @@ _census: _Census | None = None  # None: an expression has changed since
 
 
 def expression_changed() -> None:
-    """The names in use are to be remembered anew."""
+    """An expression changed: the names in use are to be remembered anew."""
     global _census
     _census = None
 
@@ -85,7 +85,7 @@ def _at(place: Place) -> Any:
 
 
 def _holders() -> Iterator[tuple[Any, Any]]:
-    """(entry or scene, what of it holds an expression)."""
+    """All that holds expressions, as pairs: an entry or a scene, and what of it has the property `expression`."""
     for item in bpy.data.objects:
         if model.is_entry(item):
             yield item, item.sluice
@@ -126,7 +126,7 @@ class _File:
         return [item for item in self.items.values() if item not in arrivals]
 
     def called(self, targets: set[bpy.types.ID], library: bpy.types.Library | None) -> list[str]:
-        """Names that mean these things and, where there are such names, nothing else."""
+        """Names that mean these things; where there are such names, they mean nothing else."""
         return [item.name if set(self.meant(item.name, library)) <= targets else item.name_full for item in targets]
 
 
@@ -228,8 +228,8 @@ def follow(is_undone: bool = False) -> None:
 
 
 def _only_unrelated_came(before: _Census) -> bool:
-    """Is all that happened since this census that things came which no expression can mean, and whose copies none can mean? Then they are
-    taken down here. False where that is not sure: by names alone it cannot be told what left, what was linked, what overrides."""
+    """Did nothing happen since this census but that things came which no expression can mean, neither themselves nor as a copy? Then they
+    are taken down here. False where that is not sure: names alone do not tell what left, what was linked and what overrides."""
     global _census
     now = _take_census()
     if _known is None or now.counts[len(_HOMES):] != before.counts[len(_HOMES):]:
@@ -267,7 +267,7 @@ def _are_owners_the_same() -> bool:
 
 
 def _look_anew() -> None:
-    """What names mean is the same; what it looks like and whether it is in the owner's scene may have changed."""
+    """Remembers anew what the named things look like and whether they are in the owner's scene. What names mean has not changed."""
     items = {identity: _at(place) for place, identity in _places.items()}
     for identity, owner in _owners.items():
         scenes = copies.scenes_of(items[identity])
@@ -300,7 +300,7 @@ def _follow_in(item: Any, group: Any, file: _File, arrivals: set[bpy.types.ID], 
 
 
 def notice(text: str) -> None:
-    """A sentence in the status bar, for a while."""
+    """Shows a sentence in the status bar for a while; without a window it is printed."""
     if bpy.app.background:
         print(f"sluice: {text}", flush=True)
         return
@@ -322,7 +322,7 @@ def _scene_changed(*_):
 
 
 def _look():
-    """Blender tells of no update after some copies, Full Copy of a scene among them."""
+    """A timer: Blender tells of no update after some copies, Full Copy of a scene among them."""
     _scene_changed()
     return _LOOK_SECONDS
 

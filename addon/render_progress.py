@@ -25,14 +25,14 @@ def in_background() -> bool:
 
 
 def duration(seconds: float) -> str:
-    """0:07, 12:34, 1:02:03."""
+    """A time as text: 0:07, 12:34, 1:02:03."""
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
 def count(number: float) -> str:
-    """1,234 as it is; 12.3 k, 4.5 M, 6.7 G above."""
+    """A number as text: below 10,000 as it is (1,234), above as 12.3 k, 4.5 M, 6.7 G."""
     for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e4)):
         if number >= size:
             return f"{number / (1e3 if unit == 'k' else size):.1f} {unit}"
@@ -55,7 +55,7 @@ def line(progress: Progress) -> str:
 
 
 def _unmet(progress):
-    """What the noise does not know of: lights and effects of which nothing was found before the first pass."""
+    """What the estimate of the noise does not know of: lights and effects of which nothing was found before the first pass."""
     names = progress.get("unmet") or ()
     return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
 
@@ -70,7 +70,7 @@ def summary(progress: Progress) -> str:
 
 
 def _known(number):
-    """A figure that the session can tell: neither None nor negative nor infinite."""
+    """Can the session tell this figure? If it cannot, it is None, negative or infinite."""
     return number is not None and 0 <= number < 1e9
 
 

@@ -73,7 +73,7 @@ def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bp
 
 
 def _copy_all(view, depsgraph, names):
-    """After an undo Blender lists everything: what is as it was keeps what is compiled."""
+    """Copies the scene. After an undo Blender lists everything as changed, so it is compared: what is as it was keeps what was compiled."""
     before, settings = view.description, _settings(depsgraph)
     view.exported = export.Context(names)
     view.description = export.export_scene(depsgraph, None, None, view.exported)
@@ -91,7 +91,7 @@ def _things(description):
 
 
 def _copy_edits(view, depsgraph, names):
-    """False: more than edits and settings is new."""
+    """Copies edits and settings alone. False: more than those is new."""
     if view.roll != changes.roll(depsgraph) or view.description["specular_threshold"] != depsgraph.scene_eval.sluice.specular_threshold:
         return False
     view.exported.names = names
@@ -139,7 +139,7 @@ def _follow_view(view, context):
 
 
 def _start(engine, view, scene, level):
-    """The session of a level, of what is now."""
+    """Starts the session of a level, of the scene as it is now."""
     size, is_perspective, view_matrix, window_matrix = view.seen
     scale = _LEVELS[level] * max(1, int(engine.get_preview_pixel_size(scene)))
     coarse = tuple(max(1, side // scale) for side in size)
@@ -180,12 +180,12 @@ def _refresh(engine, view, scene):
 
 
 def _may_start_over(view):
-    """A coarse image is never given up before it is seen."""
+    """Shall a new session begin? A coarse image is never given up before it is seen."""
     return view.stale and (view.level > 0 or view.shown_pass > 0)
 
 
 def _take_image(view):
-    """Is the session done?"""
+    """Takes the session's newest image. Returns whether the session is done."""
     finished = view.session.wait(_AT_ONCE if view.level == 0 and view.shown_pass == 0 else 0)
     progress = view.session.progress()
     if progress["state"] == 'failed' and not view.stale:
@@ -199,7 +199,7 @@ def _take_image(view):
 
 
 def _at_rest(view):
-    """Nothing more will come until something changes."""
+    """Will nothing more come until something changes?"""
     return view.told and not view.stale and view.level + 1 == len(_LEVELS)
 
 
@@ -211,7 +211,7 @@ def _watch(engine, view):
 
 
 def _look(engine_reference, view):
-    """A timer: seconds until it looks again, None to end."""
+    """A timer that looks after a session. Returns the seconds until it looks again, None to end."""
     engine = engine_reference()
     if engine is None or view.session is None:
         view.watched = False
@@ -265,7 +265,7 @@ def _fail(engine, error):
 
 
 def free(view: View | None) -> None:
-    """The engine goes away, or None: nothing of its view may run on."""
+    """The engine goes away: nothing of its view may run on. None is an engine that never had one."""
     if view is not None:
         view.stop()
         view.base = None

@@ -37,7 +37,7 @@ class Context:
         self.images = image.ImageTable(self.warn)
 
     def warn(self, item: str, message: str) -> None:
-        """One warning per item and sentence, however often it is met."""
+        """Notes a warning. However often it is met, it is told once for each item and sentence."""
         if (item, message) not in self.warnings:
             self.warnings.append((item, message))
 
@@ -46,7 +46,7 @@ class Context:
             raise Cancelled
 
     def material_index(self, blender_material: bpy.types.Material | None) -> int:
-        """Exports a material when it is first met. -1 for an empty slot: the core's neutral material."""
+        """The index of a material, which is exported when it is first met. An empty slot has -1, the core's neutral material."""
         if blender_material is None:
             return -1
         key = blender_material.name_full
@@ -73,6 +73,6 @@ def export_scene(depsgraph: bpy.types.Depsgraph, camera_description: Description
 
 
 def export_edits(depsgraph: bpy.types.Depsgraph, context: Context) -> Description:
-    """The part of the description that edits are, with their textures in the context's images."""
+    """The part of the description that tells of edits. Their textures are added to the context's images."""
     ours = depsgraph.scene_eval.sluice
     return {"edits": edit.export_edits(depsgraph.objects, context, ours.solo), "max_gates": ours.max_gates}

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def export_edits(objects: Iterable[bpy.types.Object], context: Context, solo: bpy.types.Object | None = None) -> list[Description]:
     """The EditDescriptions of the evaluated objects of a view layer, sorted by order. Copies of an Empty carry the order of the
-    original: of equals, the core lets the first act first. `solo`: the entry whose edit acts alone."""
+    original; of equal orders, the core lets the first act first. `solo` is the entry whose edit acts alone, if one does."""
     empties = [item for item in objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']
     empties.sort(key=lambda item: (item.sluice.order, item.original.name_full))
     edits = {item.original.name_full: _export_entry(item, context) for item in empties if item.sluice.role == 'ENTRY'}

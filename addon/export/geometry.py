@@ -63,7 +63,7 @@ def export_objects(depsgraph: bpy.types.Depsgraph, context: Context) -> tuple[li
 
 
 def _append_mesh(item, meshes):
-    """Index of the exported mesh of an object, -1 if it has no faces."""
+    """Exports the mesh of an object; returns its index, -1 if it has no faces."""
     description = export_mesh(item.data, is_metaball=item.original.type == 'META')
     if description is None:
         return -1
@@ -72,8 +72,8 @@ def _append_mesh(item, meshes):
 
 
 def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description | None:
-    """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat, or if the
-    core can make them of the polygons; those of metaballs come from their field."""
+    """A MeshDescription with all attributes per corner of a triangle, or None without faces. Shading normals are left out where all faces
+    are flat, and where the core can make them of the polygons. Those of metaballs come from their field, so they are kept."""
     mesh.calc_loop_triangles()
     triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
     if triangle_count == 0:

@@ -24,7 +24,7 @@ class ImageTable:
         self._warn = warn
 
     def index(self, image: bpy.types.Image | None, color_space: str | None = None) -> int:
-        """Index of a Blender image, -1 for None. A missing or unreadable one has no pixels: the core draws a placeholder."""
+        """The index of a Blender image, -1 for None. A missing or unreadable one has no pixels: the core draws a placeholder."""
         if image is None:
             return -1
         space = color_space or self._space_of(image)
@@ -67,7 +67,7 @@ class ImageTable:
 
 
 def _as_rgba(pixels):
-    """Grey, grey + alpha and RGB images as RGBA."""
+    """Pixels of grey, grey + alpha or RGB images as RGBA."""
     height, width, channels = pixels.shape
     if channels == 4:
         return pixels

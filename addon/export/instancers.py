@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects make an instance. Blender tells the one in the scene alone, not those between: an instance of an instance of a
-collection. It lists instances depth first, each before those that it makes, with the numbers of the way to it."""
+"""Which objects make an instance. For an instance within an instance (of a collection, say) Blender tells the outermost one alone, not
+those in between. But it lists instances depth first, each before those that it makes, with the numbers of the way to it."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ _NONE = (0x7fffffff, -1)  # What Blender fills the list of numbers up with.
 
 
 class Instancers:
-    """To be asked of every instance, in the order of the depsgraph."""
+    """Follows the list of instances. It must be asked of every one, in the order of the depsgraph."""
 
     def __init__(self) -> None:
         self._parent: bpy.types.Object | None = None
@@ -50,7 +50,7 @@ class Instancers:
         return way[last] - start[last] in (0, 1) and (maker.instance_type != 'NONE' or bool(maker.modifiers))
 
     def _unseen(self, maker, inner):
-        """Instances of collections that Blender passes over although they make others, as those that do not show themselves."""
+        """Instances of collections that Blender leaves out of the list although they make others, as those that do not show themselves."""
         found = []
         while len(inner) > 1 and maker.instance_type == 'COLLECTION':
             maker, inner = self._member(maker, inner[0]), inner[1:]

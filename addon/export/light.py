@@ -48,12 +48,13 @@ def export_light(item: bpy.types.Object, matrix_world: Rows, names: list[str], w
 
 
 def _is_newer(lamp):
-    """Of a Blender whose Cycles measures lamps in the newer way, told apart by a property of lamps that came with 4.2."""
+    """Does this Blender's Cycles measure lamps in the newer way? A property of lamps that came with 4.2 tells."""
     return hasattr(lamp, "shadow_filter_radius")
 
 
 def _newer_area(lamp):
-    """Cycles' area lamps: radiance power / (4 area) in Blender 3, as the core has it; power / (pi area) since (measured in 4.3, 5.2)."""
+    """The factor on the power of area lamps. Their radiance is power / (4 area) in the Cycles of Blender 3, as in the core, and
+    power / (pi area) in newer ones (measured in 4.3 and 5.2)."""
     return 4 / math.pi if lamp.type == 'AREA' and _is_newer(lamp) else 1.0
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender itself does not make the same each time, and nothing here can mend: it is told.
+"""Meshes that Blender itself does not make the same each time. Nothing here can mend that, so the artist is warned.
 
-Before 4.1, normals at vertices are added up on threads that race. What modifiers build along them differs in its last bits from one
-reading of a file to the next; which ones do was measured in 3.4."""
+Before 4.1, Blender adds up the normals at vertices on threads that race. What modifiers build along them differs in its last bits from
+one reading of a file to the next; which modifiers do that was measured in 3.4."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
