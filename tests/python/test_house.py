@@ -158,7 +158,7 @@ def untold_functions(root):
     return complaints
 
 
-def tests_from_tests(root):
+def imports_of_tests(root):
     """What several tests need stands in a module of helpers or in conftest.py: whoever changes a test changes no other one."""
     complaints = []
     for path in python_files(root, "tests"):
@@ -232,7 +232,7 @@ BAD = {
     blender_in_exporters: ("addon/export/a.py", "def f():\n    from bpy.types import Object\n"),
     interface_among_itself: ("addon/a.py", "from .a import f\n\n\nclass SLUICE_OT_a:\n    pass\n"),
     untold_functions: ("addon/a.py", 'def f(x) -> None:\n    """Does it."""\n'),
-    tests_from_tests: ("tests/python/test_a.py", "def test_it():\n    from test_b import helper\n"),
+    imports_of_tests: ("tests/python/test_a.py", "def test_it():\n    from test_b import helper\n"),
     printing: ("cpp/base/a.cpp", 'void f() { std::printf("x"); }\n'),
     threads_elsewhere: ("cpp/render/a.cpp", "std::jthread worker;\n"),
     indirect_calls: ("cpp/transport/a.h", "std::function<void()> next;\n"),
