@@ -46,7 +46,7 @@ _registered = (  # They are registered in this order and taken away in the oppos
 
 
 @bpy.app.handlers.persistent
-def _before_load(*_):
+def _before_load(*_: object) -> None:
     core.stop_all()
 
 
@@ -67,7 +67,7 @@ def unregister() -> None:
         module.unregister()
 
 
-def _at_exit():
+def _at_exit() -> None:
     """Stops what runs. Where Blender is a Python module, an engine class still registered at exit crashes or hangs it."""
     core.stop_all()
     if compat.is_bpy_module(bpy):

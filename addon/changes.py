@@ -2,7 +2,7 @@
 """What the updates that a depsgraph lists mean to a picture that is being rendered of it. Needs no bpy."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,11 +24,11 @@ def of(depsgraph: bpy.types.Depsgraph) -> int:
     return max((EDITS if of_scene and _is_shading_alone(update) else _kind(update.id) for update in updates), default=NOTHING)
 
 
-def _is_shading_alone(update):
+def _is_shading_alone(update: bpy.types.DepsgraphUpdate) -> bool:
     return update.id.bl_rna.identifier == "Object" and not (update.is_updated_geometry or update.is_updated_transform)
 
 
-def _kind(datablock):
+def _kind(datablock: Any) -> int:
     name = datablock.bl_rna.identifier
     if name in _UNSEEN or name == "Object" and datablock.type == 'CAMERA':
         return NOTHING

@@ -63,7 +63,7 @@ def folders() -> list[Path]:
     return ([Path(named)] if named else []) + [Path(__file__).parent]
 
 
-def _find(folder):
+def _find(folder: Path) -> Path | None:
     """The module's file in `folder`: for this Python, else a plain .py (tests), else None."""
     if folder.is_file():
         return folder
@@ -74,7 +74,7 @@ def _find(folder):
     return None
 
 
-def _explain_absence():
+def _explain_absence() -> str:
     found = [path.name for folder in folders() if folder.is_dir() for path in sorted(folder.glob("sluice_core*"))]
     python = "cp%d%d on %s" % (*sys.version_info[:2], platform.machine())
     if found:

@@ -49,7 +49,7 @@ def remember(session: core.Session) -> None:
     _found = {**_found, **{row["name"]: _read(row, told, passes) for row in told.get("edits", ())}}
 
 
-def _read(row, told, passes):
+def _read(row: dict[str, Any], told: dict[str, Any], passes: int) -> Found:
     part, whole = (row["energy_in"], told["ledger"]["emitted"]) if row["energy_in"] > 0 else (row["matched"], told["view_paths"])
     return Found(row["matched"], row["moved"], row["capped"], row["acted"], row["energy_in"] / passes, row["energy_out"] / passes,
                  part / whole if whole else 0, row["share"], row["seconds"], row.get("floats", 0), row.get("side", 0),
@@ -107,7 +107,7 @@ def lines(found: Found | None) -> list[tuple[str, str]]:
     return told + floats
 
 
-def _nothing(found):
+def _nothing(found: Found) -> list[str]:
     """Why an entry took no light, as far as the test paths tell."""
     if not found.probed:
         return ["Nothing that matches crossed the entry"]
@@ -164,7 +164,7 @@ def redraw(*_: object) -> None:
 
 
 @bpy.app.handlers.persistent
-def _begin(*_):
+def _begin(*_: object) -> None:
     forget()
 
 

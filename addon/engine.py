@@ -23,7 +23,7 @@ class SluiceRenderEngine(bpy.types.RenderEngine):
         self.job: final.Job | None = None
         self.view: viewport.View | None = None
 
-    def __del__(self):
+    def __del__(self) -> None:
         # Blender may have freed its half of the engine already, so only the Python half is asked.
         viewport.free(object.__getattribute__(self, "__dict__").get("view"))
         parent = getattr(super(), "__del__", None)  # Blender 5.0 has one and wants it called.

@@ -14,12 +14,12 @@ def quoted(names: Iterable[str]) -> str:
     return "'" + ",".join(re.sub(r"([\\',])", r"\\\1", name) for name in names) + "'"
 
 
-def _split(text):
+def _split(text: str) -> list[str]:
     """The names between two quotes, as they are."""
     return [re.sub(r"\\(.)", r"\1", name, flags=re.DOTALL) for name in re.findall(r"(?:\\.|[^,\\])+", text[1:-1], re.DOTALL)]
 
 
-def _named(text):
+def _named(text: str) -> list[tuple[str, str]]:
     """(event, name) of each name that an expression uses, in its order."""
     return [(symbol["kind"], name) for symbol in _SYMBOL.finditer(text) if symbol["names"] for name in _split(symbol["names"])]
 
@@ -36,7 +36,7 @@ def last_in(text: str) -> tuple[str, str]:
 
 def renamed(text: str, changes: Mapping[str, list[str]]) -> str:
     """The expression with each name that `changes` holds exchanged for those it says: {'Egg': ['Ball']}. Others stay as written."""
-    def exchange(symbol):
+    def exchange(symbol: re.Match[str]) -> str:
         names = _split(symbol["names"]) if symbol["names"] else []
         if not any(name in changes for name in names):
             return symbol[0]

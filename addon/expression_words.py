@@ -5,6 +5,7 @@ A language is a table: for each event its noun (alone, several, one with a name,
 phrases that join them."""
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 Tree: TypeAlias = tuple[Any, ...]  # ("atom", …), ("repeat", …), ("sequence", …) or ("choice", …), as sluice_core.parse makes it
@@ -108,7 +109,7 @@ class _Teller:
             return self.say["view all"] if parts[:-1] == (_ANYTHING,) else self.say["view"].format(self._join(parts[:-1]))
         return self._join(parts)
 
-    def _join(self, parts):
+    def _join(self, parts: Iterable[Tree]) -> str:
         return self.say["then"].join(map(self.node, parts))
 
     def node(self, tree: Tree) -> str:
@@ -121,16 +122,16 @@ class _Teller:
             return self.say["group"].format(self._join(tree[1:]))
         return self.say["group"].format(self.say["either"].format(self.say["else"].join(map(self.node, tree[1:]))))
 
-    def _names(self, names):
+    def _names(self, names: Iterable[str]) -> str:
         return self.say["or"].join(names)
 
-    def _noun(self, letter, names, many):
+    def _noun(self, letter: str, names: Sequence[str], many: bool) -> str:
         noun = self.say[letter]
         if names:
             return (noun.many_named if many else noun.named).format(self._names(names))
         return noun.many if many else noun.one
 
-    def _atom(self, tree, many=False):
+    def _atom(self, tree: Tree, many: bool = False) -> str:
         _kind, negated, symbols = tree
         if negated and not symbols:
             return self._noun(".", (), many)
@@ -138,7 +139,7 @@ class _Teller:
         told = self.say["or"].join(self._noun(letter, names, many and not negated) for letter, names in symbols)
         return self._noun("!", (), many).format(told) if negated else told
 
-    def _repeat(self, child, low, high):
+    def _repeat(self, child: Tree, low: int, high: int | None) -> str:
         if child[0] != "atom":
             inner = self._join(child[1:]) if child[0] == "sequence" else self.node(child).removeprefix("(").removesuffix(")")
             return self._times(inner, low, high)
@@ -148,7 +149,7 @@ class _Teller:
             return self._atom(child)
         return self._count(child, low, high)
 
-    def _count(self, child, low, high):
+    def _count(self, child: Tree, low: int, high: int | None) -> str:
         many = self._atom(child, many=True)
         if high is None:
             if low == 0:
@@ -162,11 +163,11 @@ class _Teller:
             return self.say["exactly"].format(low, many)
         return self.say["between"].format(low, high, many)
 
-    def _some(self, child):
+    def _some(self, child: Tree) -> str:
         _kind, negated, symbols = child
         return self.say["!" if negated and symbols else symbols[0][0] if symbols else "."].some
 
-    def _times(self, inner, low, high):
+    def _times(self, inner: str, low: int, high: int | None) -> str:
         if high is None:
             name = {0: "any times", 1: "some times"}.get(low)
             return self.say[name].format(inner) if name else self.say["least times"].format(low, inner)
@@ -179,6 +180,6 @@ class _Teller:
         return self.say["between times"].format(low, high, inner)
 
 
-def _is(node, letter):
+def _is(node: Tree, letter: str) -> bool:
     """A plain atom of this kind alone."""
     return node[0] == "atom" and not node[1] and len(node[2]) == 1 and node[2][0][0] == letter

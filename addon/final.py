@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,7 @@ class Failure(Exception):
         super().__init__(message)
         self.item, self.column = item, column
 
-    def __str__(self):
+    def __str__(self) -> str:
         where = f"{self.item}: " if self.item else ""
         column = f"column {self.column}: " if self.column else ""
         return where + column + super().__str__()
@@ -64,7 +65,7 @@ def update(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph: bpy
         job.failure = as_failure(error)
 
 
-def _copy_scene(engine, data, depsgraph, job):
+def _copy_scene(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph, job: Job) -> None:
     scene = depsgraph.scene_eval
     context = export.Context(Names(data.collections, data.objects, data.worlds), cancelled=engine.test_break)
     job.warnings = context.warnings
@@ -102,7 +103,7 @@ def render(engine: SluiceRenderEngine) -> None:
             session.cancel()
 
 
-def _run(engine, job, session):
+def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     passes.add_passes(engine, job.layer, job.passes)
     result = passes.begin(engine, job.layer)
     _trust_size(job.description["frame"], result)
@@ -138,12 +139,12 @@ def _run(engine, job, session):
     _finish(engine, session, progress, job)
 
 
-def _trust_size(frame, result):
+def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
     """The result's size is Blender's word on how large the border is; the frame's corner is ours."""
     frame["x1"], frame["y1"] = frame["x0"] + result.resolution_x, frame["y0"] + result.resolution_y
 
 
-def _finish(engine, session, progress, job):
+def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[str, Any], job: Job) -> None:
     """Says why the render stopped, and puts into the file's header what made it."""
     if not engine.is_preview:
         print(f"sluice: {render_progress.summary(progress)}", flush=True)
@@ -163,7 +164,7 @@ def _finish(engine, session, progress, job):
             result.stamp_data_add_field(f"Sluice {name}", str(value))
 
 
-def _report_warnings(engine, warnings):
+def _report_warnings(engine: SluiceRenderEngine, warnings: Collection[tuple[str, str]]) -> None:
     if engine.is_preview:
         return
     for count, (item, message) in enumerate(warnings):
@@ -175,7 +176,7 @@ def _report_warnings(engine, warnings):
         engine.report({'WARNING'}, f"Sluice: {len(warnings) - _MOST_REPORTS} more warnings in the console")
 
 
-def _report_failure(engine, failure):
+def _report_failure(engine: SluiceRenderEngine, failure: Failure) -> None:
     """The one way to fail: Blender raises for an ERROR report, writes no file and exits with a code that is not 0."""
     if engine.is_preview:
         return

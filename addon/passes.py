@@ -52,7 +52,7 @@ def clean_name(name: str, taken: Container[str] = ()) -> str:
     return unique
 
 
-def _cut(text, size):
+def _cut(text: str, size: int) -> str:
     return text.encode()[:size].decode(errors="ignore").strip()
 
 

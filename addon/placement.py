@@ -14,7 +14,7 @@ _SHARE_OF_DISTANCE = 0.12
 _TOUCHES = 0.02  # A surface that is nearer to the cursor than this fraction of the distance is the one that it was set on.
 
 
-def _selected_faces(context):
+def _selected_faces(context: bpy.types.Context) -> tuple[np.ndarray, np.ndarray] | None:
     """Corners and mean normal, in world space, of the faces that are selected in edit mode; of the active face if none is; else None."""
     points, normal = [], Vector()
     for item in context.objects_in_mode_unique_data if context.mode == 'EDIT_MESH' else ():
@@ -36,7 +36,7 @@ def find(context: bpy.types.Context, size: float) -> tuple[Matrix, bool]:
     return matrix @ Matrix.Scale((size or _SHARE_OF_DISTANCE * distance) / 2, 4), False
 
 
-def _view(context):
+def _view(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
     """The 3D view that the artist looks into, also from a panel in it or beside it; None without a window."""
     if context.region_data is not None or context.window is None or bpy.app.background:
         return context.region_data

@@ -3,7 +3,7 @@
 
 An edit lives on its Empty: keyframes, copies, parents and library overrides of the object are the edit's own."""
 import math
-from typing import Literal
+from typing import Any, Literal
 
 import bpy
 from bpy.props import (
@@ -22,17 +22,17 @@ from . import model, passes, renaming
 OVERRIDABLE: set[Literal['LIBRARY_OVERRIDABLE']] = {'LIBRARY_OVERRIDABLE'}
 
 
-def _tag_owner(self, _context):
+def _tag_owner(self: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     """A property of an add-on does not wake the viewport by itself; tagging its owner does."""
     self.id_data.update_tag()
 
 
-def _tag_object(self, _context):
+def _tag_object(self: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     # An edit sits on an Empty, so this tag makes Blender update no geometry.
     self.id_data.update_tag(refresh={'OBJECT'})
 
 
-def _expression_changed(self, context):
+def _expression_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     renaming.expression_changed()
     if isinstance(self.id_data, bpy.types.Object):
         _tag_object(self, context)
@@ -40,7 +40,7 @@ def _expression_changed(self, context):
         _tag_owner(self, context)
 
 
-def _role_changed(self, context):
+def _role_changed(self: Any, context: bpy.types.Context) -> None:
     """An Empty that becomes part of an edit gets an order, one above all others, so that it is unique."""
     owner = self.id_data
     others = {item.sluice.order for item in bpy.data.objects if item != owner and item.sluice.role != 'NONE'}
@@ -50,7 +50,7 @@ def _role_changed(self, context):
     _tag_object(self, context)
 
 
-def _is_entry(_self, candidate):
+def _is_entry(_self: object, candidate: bpy.types.Object) -> bool:
     return model.is_entry(candidate)
 
 
@@ -179,7 +179,7 @@ class SluiceScene(bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_tag_owner)
 
 
-def _layer_renamed(self, _context):
+def _layer_renamed(self: Any, _context: bpy.types.Context) -> None:
     """Each pass needs a name of its own: a new name makes way for the others. Then the compositor learns of it."""
     for view_layer in self.id_data.view_layers:
         layers = list(view_layer.sluice.layers)

@@ -2,11 +2,12 @@
 """The geometry of a new quad: the smallest rectangle round points in a plane, as the matrix of an Empty of display size 1. Needs no bpy."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 
+Point: TypeAlias = tuple[float, ...]
 Numbers: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 _MIN_HALF = 1e-4  # In metres: a rectangle round a line or a point has an area, too.
@@ -41,7 +42,7 @@ def fit_quad(points: Numbers, normal: Numbers) -> np.ndarray:
     return matrix
 
 
-def _smallest_rectangle(flat):
+def _smallest_rectangle(flat: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """The smallest rectangle round 2D points: its angle, and its corners (low, high) when turned level. One side lies on an edge of the hull."""
     best: tuple[float, float, np.ndarray, np.ndarray] | None = None
     hull = _hull(flat)
@@ -58,14 +59,14 @@ def _smallest_rectangle(flat):
     return best[1:]
 
 
-def _hull(flat):
+def _hull(flat: np.ndarray) -> np.ndarray:
     """Convex hull of 2D points (Andrew's monotone chain)."""
     points = sorted(set(map(tuple, np.round(flat, 9).tolist())))
     if len(points) < 3:
         return np.array(points)
 
-    def half(sequence):
-        chain: list[tuple[float, float]] = []
+    def half(sequence: Iterable[Point]) -> list[Point]:
+        chain: list[Point] = []
         for p in sequence:
             while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0:
                 chain.pop()
@@ -75,7 +76,7 @@ def _hull(flat):
     return np.array(half(points) + half(reversed(points)))
 
 
-def _turn(a, b, c):
+def _turn(a: Point, b: Point, c: Point) -> float:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 

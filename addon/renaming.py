@@ -310,38 +310,38 @@ def notice(text: str) -> None:
         bpy.app.timers.register(_clear_notice, first_interval=_NOTICE_SECONDS)
 
 
-def _clear_notice():
+def _clear_notice() -> None:
     for workspace in bpy.data.workspaces:
         workspace.status_text_set(None)
 
 
 @bpy.app.handlers.persistent
-def _scene_changed(*_):
+def _scene_changed(*_: object) -> None:
     if not bpy.app.is_job_running('RENDER'):  # The handlers of a render run beside the interface, where nothing may be written.
         follow()
 
 
-def _look():
+def _look() -> float:
     """A timer: Blender tells of no update after some copies, Full Copy of a scene among them."""
     _scene_changed()
     return _LOOK_SECONDS
 
 
 @bpy.app.handlers.persistent
-def _render_begins(*_):
+def _render_begins(*_: object) -> None:
     if bpy.app.background:  # Scripts render what they have just made, before Blender tells of any update.
         follow()
 
 
 @bpy.app.handlers.persistent
-def _undone(*_):
+def _undone(*_: object) -> None:
     expression_changed()
     if not bpy.app.is_job_running('RENDER'):
         follow(is_undone=True)
 
 
 @bpy.app.handlers.persistent
-def _file_loaded(*_):
+def _file_loaded(*_: object) -> None:
     global _known
     _known = None  # Things of the file before may have lain at the same addresses.
     for kept in (_owners, _places, _past, _copied):

@@ -54,7 +54,7 @@ def line(progress: Progress) -> str:
     return " | ".join(parts)
 
 
-def _unmet(progress):
+def _unmet(progress: Progress) -> str:
     """What the estimate of the noise does not know of: lights and effects of which nothing was found before the first pass."""
     names = progress.get("unmet") or ()
     return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
@@ -69,7 +69,7 @@ def summary(progress: Progress) -> str:
     return ", ".join(parts)
 
 
-def _known(number):
+def _known(number: float | None) -> bool:
     """Can the session tell this figure? If it cannot, it is None, negative or infinite."""
     return number is not None and 0 <= number < 1e9
 
@@ -98,7 +98,7 @@ class Stream:
             done = time.monotonic()
             self._next_image = done + min(5.0, max(0.2, 30 * (done - now)))
 
-    def _show_numbers(self, progress):
+    def _show_numbers(self, progress: Progress) -> None:
         engine = self._engine
         engine.update_stats("", line(progress))
         megabytes = progress["memory"] / 2 ** 20
@@ -109,7 +109,7 @@ class Stream:
         elif progress["passes"]:
             engine.update_progress(progress["pass"] / progress["passes"])
 
-    def _show_image(self, session):
+    def _show_image(self, session: core.Session) -> None:
         images = session.snapshot(self._names)
         if images is not None:
             passes.write(self._result, images)
@@ -145,7 +145,7 @@ class ProgressLog:
         self._file.close()
         self._file = None
 
-    def _put(self, session, more):
+    def _put(self, session: core.Session, more: dict[str, Any]) -> None:
         progress = session.progress()
         row = {**self._of, **{key: progress[key] for key in self._KEYS}}
         print(json.dumps({**row, "effects": session.statistics()["effects"], **more}), file=self._file, flush=True)

@@ -40,7 +40,7 @@ FRENCH = {
 _OWN = {"None": "Aucun", "Entry": "Entrée", "Exit": "Sortie", "Role": "Rôle", "Tint": "Coloration"}
 
 
-def _table():
+def _table() -> dict[str, dict[tuple[str, str], str]]:
     """Words in every context that Blender may ask for: labels, operators, our own."""
     words = {(context, word): told for context in ("*", "Operator") for word, told in FRENCH.items()}
     words.update({(CONTEXT, word): told for word, told in _OWN.items()})

@@ -16,6 +16,7 @@ import numpy as np
 
 from . import changes, core, edit_statistics, export, final, render_progress
 from .export.camera import export_view
+from .export.description import Description
 from .export.scene_names import Names
 from .export.settings import export_settings
 
@@ -35,17 +36,17 @@ class View:
     """One 3D view: the scene as it was last copied, the session that renders it, the last image."""
 
     def __init__(self) -> None:
-        self.description = None  # It lacks camera and frame, which each session gets.
-        self.settings = None
-        self.exported = None  # The context of the last copy.
-        self.roll = None
-        self.seen = None  # The region's size, the kind of projection, the matrices.
-        self.base = None  # The session that compiled the description's things; others start from it.
-        self.session = None
+        self.description: Description | None = None  # It lacks camera and frame, which each session gets.
+        self.settings: dict[str, Any] | None = None
+        self.exported: export.Context | None = None  # The context of the last copy.
+        self.roll: tuple[list[str], str | None] | None = None
+        self.seen: tuple[Any, ...] | None = None  # The region's size, the kind of projection, the matrices.
+        self.base: core.Session | None = None  # The session that compiled the description's things; others start from it.
+        self.session: core.Session | None = None
         self.stale = False  # The session renders what is no longer so.
         self.level = 0
         self.told = False  # Have the session's figures been remembered?
-        self.texture = None
+        self.texture: Any = None
         self.shown_pass = 0
         self.watched = False  # A timer looks after the session.
         self.drawn = 0.0  # When the view was drawn last (time.monotonic).
@@ -72,7 +73,7 @@ def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bp
         _fail(engine, error)
 
 
-def _copy_all(view, depsgraph, names):
+def _copy_all(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> None:
     """Copies the scene. After an undo Blender lists everything as changed, so it is compared: what is as it was keeps what was compiled."""
     before, settings = view.description, _settings(depsgraph)
     view.exported = export.Context(names)
@@ -86,11 +87,11 @@ def _copy_all(view, depsgraph, names):
     view.settings = settings
 
 
-def _things(description):
+def _things(description: Description) -> Description:
     return {key: value for key, value in description.items() if key not in {"edits", "max_gates"}}
 
 
-def _copy_edits(view, depsgraph, names):
+def _copy_edits(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> bool:
     """Copies edits and settings alone. False: more than those is new."""
     if view.roll != changes.roll(depsgraph) or view.description["specular_threshold"] != depsgraph.scene_eval.sluice.specular_threshold:
         return False
@@ -105,7 +106,7 @@ def _copy_edits(view, depsgraph, names):
     return True
 
 
-def _settings(depsgraph):
+def _settings(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
     found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
     # With one seed for all frames, those in which nothing moves are one picture: it goes on.
     return found if found["use_animated_seed"] else {**found, "frame": 0}
@@ -130,7 +131,7 @@ def draw(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.
         _fail(engine, error)
 
 
-def _follow_view(view, context):
+def _follow_view(view: View, context: bpy.types.Context) -> None:
     region, region_3d = context.region, context.region_data
     seen = ((region.width, region.height), region_3d.is_perspective, tuple(map(tuple, region_3d.view_matrix)),
             tuple(map(tuple, region_3d.window_matrix)))
@@ -138,7 +139,7 @@ def _follow_view(view, context):
     view.seen = seen
 
 
-def _start(engine, view, scene, level):
+def _start(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene, level: int) -> None:
     """Starts the session of a level, of the scene as it is now."""
     size, is_perspective, view_matrix, window_matrix = view.seen
     scale = _LEVELS[level] * max(1, int(engine.get_preview_pixel_size(scene)))
@@ -154,14 +155,14 @@ def _start(engine, view, scene, level):
         view.base = view.session
 
 
-def _settings_of_level(settings, pixel):
+def _settings_of_level(settings: dict[str, Any], pixel: int) -> dict[str, Any]:
     if pixel not in _COARSE:
         return {**settings, "explain_edits": True}
     coarse = _COARSE[pixel]
     return {**settings, **coarse, "passes": 1, "photons": min(settings["photons"], coarse["photons"])}
 
 
-def _refresh(engine, view, scene):
+def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> None:
     """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
     if view.session is None or _may_start_over(view):
         _start(engine, view, scene, 0)
@@ -179,12 +180,12 @@ def _refresh(engine, view, scene):
         _start(engine, view, scene, view.level + 1)
 
 
-def _may_start_over(view):
+def _may_start_over(view: View) -> bool:
     """Shall a new session begin? A coarse image is never given up before it is seen."""
     return view.stale and (view.level > 0 or view.shown_pass > 0)
 
 
-def _take_image(view):
+def _take_image(view: View) -> bool:
     """Takes the session's newest image. Returns whether the session is done."""
     finished = view.session.wait(_AT_ONCE if view.level == 0 and view.shown_pass == 0 else 0)
     progress = view.session.progress()
@@ -198,19 +199,19 @@ def _take_image(view):
     return finished
 
 
-def _at_rest(view):
+def _at_rest(view: View) -> bool:
     """Will nothing more come until something changes?"""
     return view.told and not view.stale and view.level + 1 == len(_LEVELS)
 
 
-def _watch(engine, view):
+def _watch(engine: SluiceRenderEngine, view: View) -> None:
     """Asks for a redraw when the session has news. Asking in every draw would draw without a pause and starve the render."""
     if not view.watched:
         view.watched = True
         bpy.app.timers.register(functools.partial(_look, weakref.ref(engine), view), first_interval=_SOON)
 
 
-def _look(engine_reference, view):
+def _look(engine_reference: weakref.ref[SluiceRenderEngine], view: View) -> float | None:
     """A timer that looks after a session. Returns the seconds until it looks again, None to end."""
     engine = engine_reference()
     if engine is None or view.session is None:
@@ -230,11 +231,11 @@ def _look(engine_reference, view):
     return None if finished else _POLL if view.shown_pass else _SOON
 
 
-def _time_redraw(view):
+def _time_redraw(view: View) -> None:
     view.redraw = time.monotonic() - view.drawn
 
 
-def _make_texture(pixels):
+def _make_texture(pixels: np.ndarray) -> Any:
     import gpu  # Not at the top of the file: without a window the module is there but must not be asked.
     height, width = pixels.shape[:2]
     clamped = np.ascontiguousarray(np.clip(pixels, 0, _HALF_MAX), np.float32)
@@ -243,7 +244,7 @@ def _make_texture(pixels):
     return types.GPUTexture((width, height), format='RGBA16F', data=buffer)
 
 
-def _draw_image(view, region):
+def _draw_image(view: View, region: bpy.types.Region) -> None:
     if view.texture is None:
         return
     import gpu
@@ -254,7 +255,7 @@ def _draw_image(view, region):
     gpu.state.blend_set('NONE')
 
 
-def _fail(engine, error):
+def _fail(engine: SluiceRenderEngine, error: Exception) -> None:
     """Shows the sentence in the view and stops; the next change of the scene tries again, with a copy of its own."""
     failure = final.as_failure(error)
     if engine.view is not None:

@@ -21,7 +21,12 @@ ATTRIBUTES = {
     "bpy.types.UILayout": ("bl_rna",),
     "bpy.types.Context": ("space_data", "temp_override"),
     "bpy.types.DepsgraphObjectInstance": ("object", "parent"),
+    "bpy.types.Depsgraph": ("scene", "scene_eval", "view_layer_eval"),
+    "bpy.types.Image": ("pixels",),
+    "bpy.types.Modifier": ("node_group",),
+    "bpy.types.Node": ("is_active_output", "mode", "node_tree"),
     "bpy.types.RenderPass": ("rect",),
+    "bpy.types.Space": ("region_3d",),
     "bpy.types.SpaceView3D": ("draw_handler_add", "draw_handler_remove"),
     "bpy.types.View3DCursor": ("matrix",),
 }

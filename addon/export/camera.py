@@ -31,13 +31,13 @@ def export_camera(item: bpy.types.Object, matrix_world: Rows, warn: Warn) -> Des
     }
 
 
-def _without_scale(matrix):
+def _without_scale(matrix: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     matrix[:3, :3] /= np.where(lengths > 0, lengths, 1)
     return matrix
 
 
-def _depth_of_field(lens, kind, matrix):
+def _depth_of_field(lens: bpy.types.Camera, kind: str, matrix: np.ndarray) -> Description:
     focus = lens.dof
     if not focus.use_dof:
         return {"aperture_radius": 0.0}

@@ -29,7 +29,7 @@ def export_edits(objects: Iterable[bpy.types.Object], context: Context, solo: bp
     return list(edits.values())
 
 
-def _export_entry(item, context):
+def _export_entry(item: bpy.types.Object, context: Context) -> Description:
     edit, original, names = item.sluice, item.original, context.names
     return {
         "entry": _export_quad(item), "expression": names.homes.read(edit.expression, original.library), "enabled": edit.enabled,
@@ -38,7 +38,7 @@ def _export_entry(item, context):
     }
 
 
-def _add_exit(item, edits, context):
+def _add_exit(item: bpy.types.Object, edits: dict[str, Description], context: Context) -> None:
     name, entry = item.original.name, item.sluice.entry
     if entry is None:
         context.warn(name, "this exit has no entry: it sends out nothing; choose one in its panel")
@@ -50,7 +50,7 @@ def _add_exit(item, edits, context):
         edits[entry.original.name_full]["exits"].append(_export_exit(item, context))
 
 
-def _export_exit(item, context):
+def _export_exit(item: bpy.types.Object, context: Context) -> Description:
     settings = item.sluice
     return {
         "quad": _export_quad(item), "intensity": settings.intensity, "hue_shift": settings.hue_shift, "tint": tuple(settings.tint),
@@ -62,7 +62,7 @@ def _export_exit(item, context):
     }
 
 
-def _export_quad(item):
+def _export_quad(item: bpy.types.Object) -> Description:
     return {
         "name": item.original.name_full, "matrix": compat.matrix(item.matrix_world),
         "half_size": item.empty_display_size, "offset": item.sluice.offset, "order": item.sluice.order,

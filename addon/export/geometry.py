@@ -4,7 +4,7 @@
 All arrays are read with foreach_get; nothing runs once per vertex in Python."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def export_objects(depsgraph: bpy.types.Depsgraph, context: Context) -> tuple[li
     return meshes, instances, lights
 
 
-def _append_mesh(item, meshes):
+def _append_mesh(item: bpy.types.Object, meshes: list[Description]) -> int:
     """Exports the mesh of an object; returns its index, -1 if it has no faces."""
     description = export_mesh(item.data, is_metaball=item.original.type == 'META')
     if description is None:
@@ -102,7 +102,7 @@ def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description 
     }
 
 
-def _polygons(mesh, corners):
+def _polygons(mesh: bpy.types.Mesh, corners: np.ndarray) -> Description:
     """A PolygonDescription, empty if every face is flat."""
     smooth = compat.smooth_polygons(mesh)
     if not smooth.any():
@@ -118,20 +118,20 @@ def _polygons(mesh, corners):
     }
 
 
-def _integers(items, name, count):
+def _integers(items: Any, name: str, count: int) -> np.ndarray:
     values = np.empty(count, np.int32)  # This is Blender's own type, so that it copies the array as a whole.
     items.foreach_get(name, values)
     return values.view(np.uint32)
 
 
-def _uv_maps(mesh, loops, loop_count):
+def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray, loop_count: int) -> list[Description]:
     layers = list(mesh.uv_layers)
     chosen = next((index for index, layer in enumerate(layers) if layer.active_render), 0)
     return [{"name": layer.name, "corners": compat.uv_corners(layer, loop_count)[loops]}
             for layer in compat.active_first(layers, chosen)]
 
 
-def _colors(mesh, loops, vertices):
+def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, vertices: np.ndarray) -> list[Description]:
     """Colour attributes, linear, without alpha. Each lives on corners or on vertices."""
     colors = []
     for layer in compat.color_attribute_layers(mesh):
@@ -142,7 +142,7 @@ def _colors(mesh, loops, vertices):
     return colors
 
 
-def _export_instance(instance, mesh_index, names, context):
+def _export_instance(instance: bpy.types.DepsgraphObjectInstance, mesh_index: int, names: list[str], context: Context) -> Description:
     item = instance.object
     camera, shadow = item.visible_camera, item.visible_shadow
     if instance.is_instance and instance.parent:  # As in Cycles, the switches of an instancer hold for what it makes.
@@ -161,7 +161,7 @@ def _export_instance(instance, mesh_index, names, context):
     }
 
 
-def _materials(item):
+def _materials(item: bpy.types.Object) -> list[bpy.types.Material | None]:
     """The materials by slot: the evaluated mesh's (modifiers may set them), unless the object's slot holds its own."""
     slots, of_mesh = item.material_slots, item.data.materials
     found = []
@@ -172,14 +172,14 @@ def _materials(item):
     return found
 
 
-def _warn_of_hair(item, context):
+def _warn_of_hair(item: bpy.types.Object, context: Context) -> None:
     for modifier in item.modifiers:
         system = getattr(modifier, "particle_system", None)
         if system is not None and system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
             context.warn(item.original.name, f"hair is not rendered (particle system {system.name})")
 
 
-def _warn_of_races(item, context):
+def _warn_of_races(item: bpy.types.Object, context: Context) -> None:
     modifier = racing_modifier(item)
     if modifier is not None:
         context.warn(item.original.name, f"two renders may differ in their last bits: modifier {modifier.name} builds along normals that this "
@@ -194,7 +194,7 @@ def name_hash(name: str) -> int:
     a = b = c = (0xdeadbeef + (2 << 2) + 13) & mask
     a = (a + value) & mask
 
-    def rotate(x, bits):
+    def rotate(x: int, bits: int) -> int:
         return ((x << bits) | (x >> (32 - bits))) & mask
 
     c = ((c ^ b) - rotate(b, 14)) & mask

@@ -34,7 +34,7 @@ class ImageTable:
             self.images.append(self._export(image, space))
         return self._indices[key]
 
-    def _space_of(self, image):
+    def _space_of(self, image: bpy.types.Image) -> str:
         name = image.colorspace_settings.name
         if name in {"Non-Color", "Raw"} or getattr(image.colorspace_settings, "is_data", False):
             return 'NonColor'
@@ -44,7 +44,7 @@ class ImageTable:
             self._warn(image.name, f"colour space {name} is not supported: read as sRGB")
         return 'SRGB'
 
-    def _export(self, image, space):
+    def _export(self, image: bpy.types.Image, space: str) -> Description:
         width, height = image.size
         empty = {"name": image.name, "width": 0, "height": 0, "color_space": space, "rgba": np.empty((0, 0, 4), np.float32)}
         if image.source in {'SEQUENCE', 'MOVIE', 'TILED'}:
@@ -66,7 +66,7 @@ class ImageTable:
         return {**empty, "width": width, "height": height, "rgba": rgba}
 
 
-def _as_rgba(pixels):
+def _as_rgba(pixels: np.ndarray) -> np.ndarray:
     """Pixels of grey, grey + alpha or RGB images as RGBA."""
     height, width, channels = pixels.shape
     if channels == 4:

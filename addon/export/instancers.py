@@ -38,7 +38,7 @@ class Instancers:
         self._open.append((way, item))
         return tuple(reversed(chain))
 
-    def _makes(self, start, maker, way, item):
+    def _makes(self, start: tuple[int, ...], maker: bpy.types.Object, way: tuple[int, ...], item: bpy.types.Object) -> bool:
         """Does `maker`, itself an instance that `start` leads to, make what `way` leads to?"""
         last = len(start) - 1
         if len(way) <= last + 1 or way[:last] != start[:last]:
@@ -49,17 +49,18 @@ class Instancers:
         # Geometry nodes number an instance and what it makes apart, so nothing more can be checked.
         return way[last] - start[last] in (0, 1) and (maker.instance_type != 'NONE' or bool(maker.modifiers))
 
-    def _unseen(self, maker, inner):
+    def _unseen(self, maker: bpy.types.Object, inner: tuple[int, ...]) -> list[bpy.types.Object]:
         """Instances of collections that Blender leaves out of the list although they make others, as those that do not show themselves."""
         found = []
         while len(inner) > 1 and maker.instance_type == 'COLLECTION':
-            maker, inner = self._member(maker, inner[0]), inner[1:]
-            if maker is None:
+            member = self._member(maker, inner[0])
+            if member is None:
                 break
+            maker, inner = member, inner[1:]
             found.append(maker)
         return found
 
-    def _member(self, maker, number):
+    def _member(self, maker: bpy.types.Object, number: int) -> bpy.types.Object | None:
         collection = maker.instance_collection
         if collection not in self._members:
             self._members[collection] = list(collection.all_objects) if collection is not None else []

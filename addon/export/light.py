@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import compat
 from .description import Description, Rows, Warn
@@ -47,18 +47,18 @@ def export_light(item: bpy.types.Object, matrix_world: Rows, names: list[str], w
     return description
 
 
-def _is_newer(lamp):
+def _is_newer(lamp: bpy.types.Light) -> bool:
     """Does this Blender's Cycles measure lamps in the newer way? A property of lamps that came with 4.2 tells."""
     return hasattr(lamp, "shadow_filter_radius")
 
 
-def _newer_area(lamp):
+def _newer_area(lamp: bpy.types.Light) -> float:
     """The factor on the power of area lamps. Their radiance is power / (4 area) in the Cycles of Blender 3, as in the core, and
     power / (pi area) in newer ones (measured in 4.3 and 5.2)."""
     return 4 / math.pi if lamp.type == 'AREA' and _is_newer(lamp) else 1.0
 
 
-def _color(lamp):
+def _color(lamp: Any) -> list[float]:
     """The lamp's colour times that of its temperature (4.5)."""
     color = list(lamp.color)
     if getattr(lamp, "use_temperature", False):

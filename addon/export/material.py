@@ -5,7 +5,8 @@ everything else passes under Blender's own names, and the core warns of what it 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def light_emission(light: bpy.types.Light, warn: Warn) -> tuple[tuple[float, ...
     return tuple(color[:3]), strength[0]
 
 
-def _constant(item, nodes):
+def _constant(item: Description, nodes: list[Description]) -> list[float] | None:
     """The value of an input that is a number or comes from a Value, RGB or Blackbody node; else None."""
     if item["node"] < 0:
         return item["value"]
@@ -81,20 +82,20 @@ def _constant(item, nodes):
     return None
 
 
-def _blackbody(kelvin):
+def _blackbody(kelvin: float) -> list[float]:
     """Rec. 709 colour of luminance 1 (the core's Blackbody node; the same table)."""
     place = (1 / min(max(kelvin, 965.0), 12000.0) - 1 / 12000) / (1 / 965 - 1 / 12000) * (len(_BLACKBODY) - 1)
     return [float(np.interp(place, range(len(_BLACKBODY)), column)) for column in zip(*_BLACKBODY)]
 
 
-def _plain(name, kind, values):
+def _plain(name: str, kind: str, values: dict[str, list[float]]) -> Description:
     """A material of one node."""
     inputs = [{"name": key, "value": value, "node": -1, "output": ""} for key, value in values.items()]
     node = {"kind": kind, "name": kind, "inputs": inputs, "options": {}, "table": np.empty(0, np.float32), "image": -1}
     return {"name": name, "nodes": [node], "surface": 0, "surface_output": ""}
 
 
-def _export(owner, output_type, images, warn):
+def _export(owner: Any, output_type: str, images: ImageTable | None, warn: Warn) -> Description | None:
     """The tree of a material, world or lamp; None if it has none."""
     tree = owner.node_tree
     if tree is None or not getattr(owner, "use_nodes", True):
@@ -115,7 +116,7 @@ def _export(owner, output_type, images, warn):
     return description
 
 
-def _active_output(tree, output_type):
+def _active_output(tree: bpy.types.NodeTree, output_type: str) -> bpy.types.Node | None:
     """The output node that counts: active ones first, for every engine before those for one."""
     outputs = [node for node in tree.nodes if node.bl_idname == output_type and not node.mute]
     targets = ['ALL', 'CYCLES', 'EEVEE']
@@ -176,11 +177,12 @@ class _Flattener:
             if socket is None:
                 return None
 
-    def _inputs(self, node, path):
+    def _inputs(self, node: Any, path: GroupPath) -> list[Description]:
         """InputDescriptions. An unlinked socket that shows no value in Blender is left out: the node's implicit default."""
         if node.bl_idname in {'ShaderNodeValue', 'ShaderNodeRGB'}:
             name = "Value" if node.bl_idname == 'ShaderNodeValue' else "Color"
-            return [_input(name, _value_of(node.outputs[0]))]
+            value = _value_of(node.outputs[0])
+            return [] if value is None else [_input(name, value)]
         inputs = []
         for socket in node.inputs:
             if not getattr(socket, "enabled", True) or getattr(socket, "is_unavailable", False):
@@ -199,7 +201,7 @@ class _Flattener:
                     inputs.append(_input(name, value))
         return inputs
 
-    def _constant_node(self, socket):
+    def _constant_node(self, socket: Any) -> tuple[int, str]:
         """(index, output) of a node made for the value of a group's socket of another type."""
         value = _value_of(socket) or [0.0] * 4
         if socket.type == 'VECTOR':
@@ -210,7 +212,7 @@ class _Flattener:
         self.nodes.append({"kind": kind, "name": socket.name, "inputs": inputs, "options": {}, "table": np.empty(0, np.float32), "image": -1})
         return len(self.nodes) - 1, output
 
-    def _describe(self, node):
+    def _describe(self, node: Any) -> Description:
         """A NodeDescription but for its inputs."""
         described = {"kind": _kind(node), "name": node.name, "inputs": [], "options": _options(node), "table": np.empty(0, np.float32), "image": -1}
         if node.bl_idname == 'ShaderNodeValToRGB':
@@ -227,18 +229,18 @@ class _Flattener:
         return described
 
 
-def _input(name, value, node=-1, output=""):
+def _input(name: str, value: list[float], node: int = -1, output: str = "") -> Description:
     return {"name": name, "value": value, "node": node, "output": output}
 
 
-def _kind(node):
+def _kind(node: bpy.types.Node) -> str:
     """The core's name: Blender's without "ShaderNode"; Principled tells its two shapes apart by a socket that only one has."""
     if node.bl_idname == 'ShaderNodeBsdfPrincipled' and node.inputs.get("Specular IOR Level") is None:
         return "BsdfPrincipledV1"
     return node.bl_idname.removeprefix("ShaderNode")
 
 
-def _canonical(node, socket):
+def _canonical(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str:
     """The core's name of a socket. The Mix node has a set of sockets per data type, Map Range one whose names agree."""
     if node.bl_idname == 'ShaderNodeMix':
         return socket.identifier.split("_")[0]
@@ -247,16 +249,16 @@ def _canonical(node, socket):
     return socket.identifier
 
 
-def _by_identifier(sockets, identifier):
+def _by_identifier(sockets: Iterable[bpy.types.NodeSocket], identifier: str) -> bpy.types.NodeSocket | None:
     return next((socket for socket in sockets if socket.identifier == identifier), None)
 
 
-def _group_output(tree):
+def _group_output(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     outputs = [node for node in tree.nodes if node.bl_idname == 'NodeGroupOutput']
     return next((node for node in outputs if node.is_active_output), outputs[0] if outputs else None)
 
 
-def _options(node):
+def _options(node: bpy.types.Node) -> dict[str, str]:
     """The node's settings as text."""
     options = {}
     for name in _OPTIONS:
@@ -268,7 +270,7 @@ def _options(node):
     return options
 
 
-def _value_of(socket):
+def _value_of(socket: Any) -> list[float] | None:
     """Four floats; None of what is no number (strings, menus, rotations)."""
     value = socket.default_value
     if isinstance(value, bool | int | float):
@@ -281,16 +283,16 @@ def _value_of(socket):
         return None
 
 
-def _four(value):
+def _four(value: Iterable[float]) -> list[float]:
     numbers = [float(number) for number in value][:4]
     return numbers + [1.0] * (4 - len(numbers))
 
 
-def _table(rows):
+def _table(rows: Iterable[Iterable[float]]) -> np.ndarray:
     return np.ascontiguousarray([tuple(row)[:4] for row in rows], np.float32).reshape(-1)
 
 
-def _curves(mapping):
+def _curves(mapping: bpy.types.CurveMapping) -> tuple[float, float, np.ndarray]:
     """(lowest, highest, rows): colour curves go through the common curve first, as Blender evaluates them."""
     mapping.initialize()
     curves = list(mapping.curves)

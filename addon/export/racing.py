@@ -5,7 +5,7 @@ Before 4.1, Blender adds up the normals at vertices on threads that race. What m
 one reading of a file to the next; which modifiers do that was measured in 3.4."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import compat
 
@@ -22,7 +22,7 @@ def racing_modifier(item: bpy.types.Object) -> bpy.types.Modifier | None:
     return next((modifier for modifier in item.modifiers if modifier.show_render and _follows_normals(modifier)), None)
 
 
-def _follows_normals(modifier):
+def _follows_normals(modifier: Any) -> bool:
     kind = modifier.type
     if kind == 'DISPLACE':
         return modifier.direction in {'NORMAL', 'CUSTOM_NORMAL'}
@@ -37,7 +37,7 @@ def _follows_normals(modifier):
     return kind in {'SHRINKWRAP', 'WIREFRAME'}
 
 
-def _reads_normals(tree, seen):
+def _reads_normals(tree: bpy.types.NodeTree, seen: set[str]) -> bool:
     """Whether geometry nodes, or groups in them, ask for normals; extruded vertices and edges go along them unasked."""
     if tree.name_full in seen:
         return False

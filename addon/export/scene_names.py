@@ -45,7 +45,7 @@ class Homes:
         return renamed(text, changes)
 
 
-def _links(library, other):
+def _links(library: bpy.types.Library, other: bpy.types.Library | None) -> bool:
     """Did `other` come into this file through `library`?"""
     while other is not None and other != library:
         other = other.parent
@@ -87,7 +87,7 @@ class Names:
         return self.homes.own(world)[0] if len(self.homes.meant(world.name)) < 2 else world.name_full
 
 
-def _with_ancestors(collection, parents):
+def _with_ancestors(collection: bpy.types.Collection, parents: dict[str, list[bpy.types.Collection]]) -> Iterable[bpy.types.Collection]:
     """A collection and all that hold it, nearest first. A collection may have several parents."""
     found, queue = {}, [collection]
     while queue:
