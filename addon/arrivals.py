@@ -3,6 +3,8 @@
 
 The answer comes from a short session of its own, in which an additional entry lies at the place. Its expression matches no path (none has
 two lamps), so it takes nothing; the core tells which light crosses it."""
+from typing import Any
+
 import bpy
 import numpy as np
 
@@ -35,7 +37,7 @@ def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.nd
     return session
 
 
-def _last_order(edits):
+def _last_order(edits: list[dict[str, Any]]) -> int:
     """An order behind that of all edits: where quads lie in one plane, what the others take is gone before it arrives."""
     quads = [quad for edit in edits for quad in (edit["entry"], *(out["quad"] for out in edit["exits"]))]
     return 1 + max((quad["order"] for quad in quads), default=0)
@@ -106,15 +108,15 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
 
-    def _ask(self, context):
+    def _ask(self, context: bpy.types.Context) -> core.Session:
         matrix = np.array(placement.find(context, self.size)[0])
         return ask(context.evaluated_depsgraph_get(), bpy.data, matrix)
 
-    def _fail(self, error):
+    def _fail(self, error: Exception) -> set[str]:
         self.report({'ERROR'}, str(final.as_failure(error)))
         return {'CANCELLED'}
 
-    def _offer(self, context, arrivals, taker):
+    def _offer(self, context: bpy.types.Context, arrivals: list[tuple[str, float]], taker: str) -> None:
         if not arrivals:
             self.report({'INFO'}, f"No light arrives here: the edit {taker} takes it before" if taker else "No light arrives here")
             return
@@ -122,7 +124,7 @@ class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
             return
         size = self.size
 
-        def draw(menu, _context):
+        def draw(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
             for expression, share in arrivals:
                 row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
                 row.name = light_kinds.title(expression)

@@ -9,13 +9,13 @@ from . import checking, edit_statistics, model, registration
 from .interface import Panel, is_narrow, sentence
 
 
-def _row(manager):
+def _row(_manager: object) -> int:
     """The list's active row is the active Empty's edit."""
     entry = model.entry_of(getattr(bpy.context, "object", None))
     return -1 if entry is None else bpy.data.objects.find(entry.name)
 
 
-def _choose_row(manager, row):
+def _choose_row(_manager: object, row: int) -> None:
     if 0 <= row < len(bpy.data.objects):
         item = bpy.data.objects[row]
         if bpy.context.mode == 'OBJECT' and item.name in bpy.context.view_layer.objects:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel of an edit's Empty, in the properties editor and in the 3D view's sidebar: its expression, checked as it is typed and told
 back in words; its exits; its numbers."""
+from typing import Any
+
 import bpy
 
 from . import checking, edit_statistics, model, registration, translations
@@ -35,7 +37,7 @@ class SLUICE_OT_take_arrival(OnOwnEntry, bpy.types.Operator):
         return {'FINISHED'}
 
 
-def _draw_expression(layout, region, edit):
+def _draw_expression(layout: bpy.types.UILayout, region: bpy.types.Region, edit: bpy.types.PropertyGroup) -> bool:
     header = layout.row(align=True)
     header.label(text="Expression")
     header.operator("sluice.insert_name", text="", icon='ADD')
@@ -43,7 +45,7 @@ def _draw_expression(layout, region, edit):
     return draw_expression(layout, region, edit)
 
 
-def _draw_figures(layout, region, found):
+def _draw_figures(layout: bpy.types.UILayout, region: bpy.types.Region, found: edit_statistics.Found | None) -> None:
     """Draws what the last render found. A tooltip tells how it was measured."""
     row = layout.row()
     column = row.column()
@@ -53,7 +55,7 @@ def _draw_figures(layout, region, found):
         row.operator("sluice.explain_figures", text="", icon='QUESTION', emboss=False)
 
 
-def _draw_arrivals(layout, found):
+def _draw_arrivals(layout: bpy.types.UILayout, found: edit_statistics.Found | None) -> None:
     """Draws which light came here in the last render, the commonest first. A click makes it the expression."""
     if found is None or not found.arrivals:
         return
@@ -65,7 +67,7 @@ def _draw_arrivals(layout, found):
         row.operator("sluice.take_arrival", text=f"{100 * share:.0f} %  {expression}", emboss=False).expression = expression
 
 
-def _draw_exits(layout, region, entry):
+def _draw_exits(layout: bpy.types.UILayout, region: bpy.types.Region, entry: bpy.types.Object) -> None:
     exits = model.exits_of(entry)
     header = layout.row()
     header.label(text="Exits" if exits else "No exit: the light is absorbed", icon='EXPORT')
@@ -87,7 +89,7 @@ def _draw_exits(layout, region, entry):
         numbers.prop(item.sluice, "tint", text="")
 
 
-def _draw_entry(layout, region, item):
+def _draw_entry(layout: bpy.types.UILayout, region: bpy.types.Region, item: bpy.types.Object) -> None:
     edit = item.sluice
     body = layout.column()
     body.active = edit.enabled
@@ -102,7 +104,7 @@ def _draw_entry(layout, region, item):
     _draw_exits(layout, region, item)
 
 
-def _draw_exit(layout, edit):
+def _draw_exit(layout: bpy.types.UILayout, edit: Any) -> None:
     row = layout.row(align=True)
     row.alert = edit.entry is None
     row.prop(edit, "entry")
@@ -124,7 +126,7 @@ def _draw_exit(layout, edit):
     layout.prop(edit, "keep_brightness")
 
 
-def _draw_image(layout, edit, name, label):
+def _draw_image(layout: bpy.types.UILayout, edit: Any, name: str, label: str) -> None:
     """Draws where an image is chosen or opened, its label in line with those of numbers."""
     layout.template_ID(edit, name, open="image.open", text=label)
 

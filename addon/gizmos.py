@@ -6,6 +6,8 @@ Values go through handlers that ask for the active object each time: a property 
 makes no undo step of what handlers change, so the end of a drag is noticed and makes one."""
 import colorsys
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import bpy
 from mathutils import Matrix, Vector
@@ -15,17 +17,17 @@ from . import interface, model
 _ARROW = 0.7  # At intensity 1 the arrow is this fraction of the shorter half side long.
 # Arrows lean at least so many radians off the line of sight: one that points at the eye is a dot, which nobody can drag.
 _LEAN = 0.4
-_before = None  # The values before the drag that is going on; None: nothing is dragged.
+_before: tuple[float, ...] | None = None  # The values before the drag that is going on; None: nothing is dragged.
 
 
-def _active():
+def _active() -> bpy.types.Object | None:
     """The Empty of an edit that is active and may be changed, or None."""
     item = bpy.context.object
     editable = item is not None and model.is_part(item) and item.library is None
     return item if editable and item.select_get() else None
 
 
-def _frame(item):
+def _frame(item: bpy.types.Object) -> tuple[Matrix, Vector]:
     """The quad's centre and its unit axes."""
     matrix = item.matrix_world
     x, y = matrix.col[0].xyz, matrix.col[1].xyz
@@ -35,7 +37,7 @@ def _frame(item):
     return Matrix((x, z.cross(x), z)).transposed().to_4x4(), matrix.translation
 
 
-def _leaning(axis, towards_eye, up):
+def _leaning(axis: Vector, towards_eye: Vector, up: Vector) -> Vector:
     """The direction in which an arrow is drawn: its axis, turned away from the line of sight as far as it takes to see it. All are unit
     vectors; `up` points upwards in the picture."""
     along = axis.dot(towards_eye)
@@ -46,33 +48,33 @@ def _leaning(axis, towards_eye, up):
     return towards_eye * math.copysign(math.cos(_LEAN), along) + across * math.sin(_LEAN)
 
 
-def _arrow_axes(axes, centre, region_3d):
+def _arrow_axes(axes: Matrix, centre: Vector, region_3d: bpy.types.RegionView3D) -> Matrix:
     """The axes of a quad for its arrow."""
     back, z = region_3d.view_matrix.inverted(), axes.col[2].xyz
     towards_eye = (back.translation - centre).normalized() if region_3d.is_perspective else back.col[2].xyz
     return z.rotation_difference(_leaning(z, towards_eye, back.col[1].xyz)).to_matrix().to_4x4() @ axes
 
 
-def _sides(item):
+def _sides(item: bpy.types.Object) -> list[float]:
     """Lengths of the quad's sides."""
     return [2 * item.empty_display_size * item.matrix_world.col[axis].xyz.length for axis in (0, 1)]
 
 
-def _reach(item):
+def _reach(item: bpy.types.Object) -> float:
     return _ARROW * max(1e-6, min(_sides(item))) / 2
 
 
-def _values(item):
+def _values(item: bpy.types.Object) -> tuple[float, ...]:
     return (*item.scale, item.sluice.intensity, item.sluice.hue_shift)
 
 
-def _begin(item):
+def _begin(item: bpy.types.Object) -> None:
     global _before
     if _before is None:
         _before = _values(item)
 
 
-def _end():
+def _end() -> None:
     """A timer that runs when a drag is over. It makes the step of undo, unless the drag was cancelled or led nowhere."""
     global _before
     item = _active()
@@ -82,14 +84,14 @@ def _end():
     _before = None
 
 
-def _get_size():
+def _get_size() -> list[float]:
     item = _active()
     width, height = _sides(item) if item else (1, 1)
     matrix = Matrix.Diagonal((width, height, 1, 1))
     return [matrix[row][column] for column in range(4) for row in range(4)]
 
 
-def _set_size(values):
+def _set_size(values: Sequence[float]) -> None:
     item = _active()
     if item is None:
         return
@@ -101,12 +103,12 @@ def _set_size(values):
 
 
 # An arrow's length tells the logarithm of the intensity: none for 0, one reach for 1, seven reaches for 100.
-def _get_intensity():
+def _get_intensity() -> float:
     item = _active()
     return _reach(item) * math.log2(1 + item.sluice.intensity) if item else 0.0
 
 
-def _set_intensity(value):
+def _set_intensity(value: float) -> None:
     item = _active()
     if item is not None:
         _begin(item)
@@ -114,12 +116,12 @@ def _set_intensity(value):
 
 
 # Blender's dials count clockwise.
-def _get_hue():
+def _get_hue() -> float:
     item = _active()
     return -item.sluice.hue_shift if item else 0.0
 
 
-def _set_hue(value):
+def _set_hue(value: float) -> None:
     item = _active()
     if item is not None:
         _begin(item)
@@ -163,7 +165,7 @@ class SLUICE_GGT_edit(_Group, bpy.types.GizmoGroup):
         self.hue.draw_options = {'ANGLE_VALUE', 'ANGLE_START_Y'}
         self.hue.scale_basis = 0.6
 
-    def _handle(self, kind, target, getter, setter):
+    def _handle(self, kind: str, target: str, getter: Callable[[], Any], setter: Callable[[Any], None]) -> Any:
         gizmo = self.gizmos.new(kind)
         gizmo.target_set_handler(target, get=getter, set=setter)
         gizmo.use_draw_modal = True

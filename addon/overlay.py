@@ -6,6 +6,7 @@ Shaders are made in the draw callback, never at registration: without a window t
 from __future__ import annotations
 
 from collections.abc import Iterable
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import bpy
@@ -45,7 +46,7 @@ def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.nda
     return corners, centre, centre + normal * reach
 
 
-def _looks(item, scene):
+def _looks(item: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[float, ...], float, bool]:
     """How an edit's Empty is drawn: (colour, opacity, whether its border is dashed)."""
     entry = model.entry_of(item)
     alive = entry is not None and model.acts(scene, entry) and entry.name in scene.objects
@@ -54,7 +55,7 @@ def _looks(item, scene):
     return ENTRY_COLOR if item.sluice.role == 'ENTRY' else EXIT_COLOR, strength, found is not None and not found.acted
 
 
-def _fill(edit, color):
+def _fill(edit: Any, color: tuple[float, ...]) -> tuple[float, ...]:
     """The colour within a quad's border: its tint at full brightness, if it has one."""
     high = max(edit.tint)
     if edit.role == 'ENTRY' or min(edit.tint) == high:
@@ -62,7 +63,7 @@ def _fill(edit, color):
     return tuple(Color([part / high for part in edit.tint]).from_scene_linear_to_srgb()[:])
 
 
-def _dashes(points):
+def _dashes(points: np.ndarray) -> np.ndarray:
     """Lines, given as pairs of points, cut into dashes."""
     steps = np.linspace(0, 1, 2 * _DASHES)[:, None]
     return np.concatenate([a + steps * (b - a) for a, b in points.reshape(-1, 2, 3)])
@@ -87,7 +88,7 @@ def shapes(items: Iterable[bpy.types.Object], scene: bpy.types.Scene) -> Shape:
     return Shape(fills, lines)
 
 
-def _arrow(corners, centre, tip):
+def _arrow(corners: np.ndarray, centre: np.ndarray, tip: np.ndarray) -> np.ndarray:
     """Shaft and four barbs of an arrow, as pairs of points."""
     back = centre + 0.7 * (tip - centre)
     reach = 0.12 * np.linalg.norm(tip - centre)
@@ -99,7 +100,7 @@ def _arrow(corners, centre, tip):
     return np.array(points)
 
 
-def _draw():
+def _draw() -> None:
     context = bpy.context
     items = model.visible_parts(context)
     if items:
@@ -108,7 +109,7 @@ def _draw():
         _draw_shapes(shapes(items, context.scene), context.region, context.region_data, opacity)
 
 
-def _draw_names():
+def _draw_names() -> None:
     """The name of each edit in a pale form of its colour: an entry's above it, an exit's below, as one may lie on the other. Names that
     would lie on each other are stacked."""
     import blf
@@ -137,7 +138,7 @@ def _draw_names():
         blf.disable(0, blf.SHADOW)
 
 
-def _draw_shapes(found, region, region_3d, opacity):
+def _draw_shapes(found: Shape, region: bpy.types.Region, region_3d: bpy.types.RegionView3D, opacity: float) -> None:
     import gpu
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_mask_set(False)
@@ -151,7 +152,8 @@ def _draw_shapes(found, region, region_3d, opacity):
     gpu.state.blend_set('NONE')
 
 
-def _draw_batch(gpu, parts, region_3d, strength, region=None):
+def _draw_batch(gpu: ModuleType, parts: list[tuple[Any, Any]], region_3d: bpy.types.RegionView3D,
+                strength: float, region: bpy.types.Region | None = None) -> None:
     """Draws triangles; or lines, of one width in pixels in every region, if a region is given."""
     from gpu_extras.batch import batch_for_shader
     kind, shader_name = ('TRIS', "SMOOTH_COLOR") if region is None else ('LINES', "POLYLINE_SMOOTH_COLOR")
@@ -168,7 +170,7 @@ def _draw_batch(gpu, parts, region_3d, strength, region=None):
     batch.draw(shader)
 
 
-def _nearer(points, region_3d):
+def _nearer(points: np.ndarray, region_3d: bpy.types.RegionView3D) -> np.ndarray:
     """The points, moved a little towards the eye."""
     inverse = np.array(region_3d.view_matrix.inverted())
     if region_3d.is_perspective:

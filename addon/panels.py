@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels of the render settings, of lamps and of what objects show. Those of edits are in edit_panels.py."""
+from typing import Any
+
 import bpy
 
 from . import core, registration
@@ -135,7 +137,7 @@ class SLUICE_PT_lamp(Panel, bpy.types.Panel):
         column.prop(lamp, "use_shadow", text="Cast Shadow")
 
     @staticmethod
-    def _draw_area(column, lamp):
+    def _draw_area(column: bpy.types.UILayout, lamp: Any) -> None:
         column.prop(lamp, "shape")
         if lamp.shape in {'SQUARE', 'DISK'}:
             column.prop(lamp, "size")

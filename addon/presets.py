@@ -18,11 +18,11 @@ SUBDIR = "sluice/expression"
 _items: list[tuple[Any, ...]] = []  # Blender keeps no copies of an enumeration's strings, so they must live on here.
 
 
-def _homes():
+def _homes() -> Homes:
     return Homes(bpy.data.objects, bpy.data.collections, bpy.data.worlds)
 
 
-def _nouns(_self, context):
+def _nouns(_self: object, context: bpy.types.Context) -> list[tuple[Any, ...]]:
     """Items of an enumeration: what can be named, with the event that it makes, as S'Egg' and D'Egg' for a mesh. Blender sorts them."""
     scene, found, homes = context.scene, [], _homes()
     for item in sorted(scene.objects, key=lambda item: item.name_full):
@@ -98,7 +98,7 @@ class SLUICE_OT_set_expression(OnOwnEntry, bpy.types.Operator):
         return {'RUNNING_MODAL'}
 
     @staticmethod
-    def _named(context):
+    def _named(context: bpy.types.Context) -> str:
         """The name of a thing that is selected beside the edit; empty if there is none."""
         chosen = (item for item in context.selected_objects if item.type != 'CAMERA' and item.sluice.role == 'NONE')
         return next((_homes().own(item)[0] for item in chosen), "")
@@ -170,7 +170,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
         else:
             self._draw_first(layout, context.window_manager)
 
-    def _draw_first(self, layout, manager):
+    def _draw_first(self, layout: bpy.types.UILayout, manager: bpy.types.WindowManager) -> None:
         """Draws the field for a new preset's name as Blender does. Without any preset, Blender's own code would complain of a missing folder."""
         row = layout.row()
         field = row.row()
