@@ -121,3 +121,22 @@ def test_overlay_shapes(new_object):
     exit_.sluice.tint = (0.1, 0.05, 0)  # fills the exit at full brightness; its border stays mauve
     found = overlay.shapes([entry, exit_], bpy.context.scene)
     assert found.fills[1][1][:3] == pytest.approx((1, 0.735, 0), abs=1e-3) and found.lines[2][1][:3] == overlay.EXIT_COLOR
+
+
+def test_a_further_exit_takes_over_every_setting():
+    """All that an exit has but what an entry has alone, its role, its order and its entry."""
+    from sluice.properties import EXIT_PROPERTIES
+    bpy.ops.sluice.add_edit()
+    first, image = bpy.context.object, bpy.data.images.new("Image", 4, 4)
+    rna = first.sluice.bl_rna.properties
+    of_entries = {"expression", "enabled", "repeat", "amount", "feather"}
+    assert set(EXIT_PROPERTIES) == set(rna.keys()) - of_entries - {"rna_type", "name", "role", "order", "entry"}
+    for name in EXIT_PROPERTIES:
+        value = {'FLOAT': 0.25, 'BOOLEAN': not getattr(first.sluice, name), 'POINTER': image}[rna[name].type]
+        setattr(first.sluice, name, (0.25, 0.5, 0.75) if name == "tint" else value)
+    bpy.ops.sluice.add_exit()
+    second = bpy.context.object
+    assert second != first
+    for name in EXIT_PROPERTIES:
+        old, new = getattr(first.sluice, name), getattr(second.sluice, name)
+        assert tuple(new) == tuple(old) if name == "tint" else new == old, name
