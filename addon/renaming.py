@@ -20,6 +20,7 @@ Place: TypeAlias = tuple[str, str, str | None]
 _HOMES = ("objects", "collections", "worlds")  # The lists in bpy.data that hold what can be named.
 _NOTICE_SECONDS = 6.0
 _LOOK_SECONDS = 0.3
+_FEW = 40  # Finding so many things by their names, one by one, is quicker than walking through the file.
 
 
 class _Meant(NamedTuple):
@@ -232,13 +233,12 @@ def _only_unrelated_came(before: _Census) -> bool:
     are taken down here. False where that is not sure: names alone do not tell what left, what was linked and what overrides."""
     global _census
     now = _take_census()
-    if _known is None or now.counts[len(_HOMES):] != before.counts[len(_HOMES):]:
+    new_names = [names - old_names for names, old_names in zip(now.names, before.names)]  # those of renamed things, too
+    if _known is None or now.counts[len(_HOMES):] != before.counts[len(_HOMES):] or sum(map(len, new_names)) > _FEW:
         return False
     came = []
-    for kind, names, old_names, count, old_count in zip(_HOMES, now.names, before.names, now.counts, before.counts):
-        # Renamed things are among them; their identities are known.
-        found = [getattr(bpy.data, kind)[name] for name in names - old_names]
-        found = [item for item in found if _identity(item) not in _known]
+    for kind, names, count, old_count in zip(_HOMES, new_names, now.counts, before.counts):
+        found = [item for item in (getattr(bpy.data, kind)[name] for name in names) if _identity(item) not in _known]
         if len(found) != count - old_count:
             return False  # Something left, or something came under a name that something else has.
         came += found
@@ -246,8 +246,7 @@ def _only_unrelated_came(before: _Census) -> bool:
     for owner in _owners.values():
         for name, meant in owner.meanings.items():
             stems.update((copies.stem(name), *(other.look.stem for other in meant)))
-    renamed = (name for names, old_names in zip(now.names, before.names) for name in names - old_names)
-    if any(copies.stem(name) in stems for name in renamed):
+    if any(copies.stem(name) in stems for names in new_names for name in names):
         return False
     if any(item.override_library is not None or item.library is not None for item in came) or not _are_owners_the_same():
         return False
