@@ -17,37 +17,57 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
-    arrivals, compat, core, edit_list, edit_panels, engine, gizmos, layers, native_panels, operators, overlay, panels, present, presets, properties,
-    renaming, statistics, translations,
+    arrivals,
+    compat,
+    core,
+    edit_list,
+    edit_operators,
+    edit_panels,
+    edit_statistics,
+    engine,
+    exit_operators,
+    gizmos,
+    known_names,
+    layers,
+    menus,
+    native_panels,
+    overlay,
+    panels,
+    presets,
+    properties,
+    renaming,
+    translations,
 )
 
-_rooms = (translations, properties, operators, presets, panels, edit_panels, edit_list, layers, native_panels, engine, arrivals, overlay, gizmos,
-          renaming, present, statistics)
+_registered = (  # They are registered in this order and taken away in the opposite one.
+    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, layers, native_panels, engine,
+    arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
+)
 
 
 @bpy.app.handlers.persistent
-def _before_load(*_):
+def _before_load(*_: object) -> None:
     core.stop_all()
 
 
-def register():
-    for room in _rooms:
-        room.register()
+def register() -> None:
+    for module in _registered:
+        module.register()
     bpy.app.handlers.load_pre.append(_before_load)
     atexit.register(_at_exit)
 
 
-def unregister():
+def unregister() -> None:
     if _before_load not in bpy.app.handlers.load_pre:
-        return  # done by _at_exit; Blender as a module asks again
+        return  # _at_exit has done it already: Blender as a Python module asks a second time.
     atexit.unregister(_at_exit)
     core.stop_all()
     bpy.app.handlers.load_pre.remove(_before_load)
-    for room in reversed(_rooms):
-        room.unregister()
+    for module in reversed(_registered):
+        module.unregister()
 
 
-def _at_exit():
+def _at_exit() -> None:
     """Stops what runs. Where Blender is a Python module, an engine class still registered at exit crashes or hangs it."""
     core.stop_all()
     if compat.is_bpy_module(bpy):

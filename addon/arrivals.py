@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edit Light Here: asks the core which kinds of light arrive at a place, and offers an edit for each. No grammar needed.
 
-A short session of its own with an entry that takes nothing (no path has two lamps); the core tells what crosses it."""
+The answer comes from a short session of its own, in which an additional entry lies at the place. Its expression matches no path (none has
+two lamps), so it takes nothing; the core tells which light crosses it."""
+from typing import Any
+
 import bpy
 import numpy as np
 
-from . import compat, core, export, final, kinds, operators, places, statistics, words
-from .edit_panels import language
-from .export.names import Names
+from . import checking, compat, core, edit_statistics, export, expression_words, final, interface, light_kinds, placement
+from .export.scene_names import Names
 from .export.settings import export_settings
 
 _PLACE, _NOTHING = "Edit Light Here", "LL"
 _POLL = 0.1
-_NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}  # nobody looks at it
+# Nobody looks at the picture of this session, so it costs as little as it can.
+_NO_PICTURE = {"passes": 1, "photons": 64, "pilot_paths": 1024, "use_adaptive_sampling": False}
 
 
-def ask(depsgraph, data, matrix):
-    """A session that is to find what arrives at the square of this matrix. Blender's data is not touched afterwards."""
+def ask(depsgraph: bpy.types.Depsgraph, data: bpy.types.BlendData, matrix: np.ndarray) -> core.Session:
+    """Starts a session that finds what arrives at the square of this matrix. Blender's data is not touched afterwards."""
     context = export.Context(Names(data.collections, data.objects, data.worlds))
     matrix = compat.matrix(matrix)
     camera = {"name": _PLACE, "kind": 'Orthographic', "matrix": matrix, "ortho_scale": 1.0, "sensor_fit": 'Horizontal',
@@ -34,27 +37,28 @@ def ask(depsgraph, data, matrix):
     return session
 
 
-def _last_order(edits):
-    """Behind all quads of one plane: what others take there is gone before it arrives."""
+def _last_order(edits: list[dict[str, Any]]) -> int:
+    """An order behind that of all edits: where quads lie in one plane, what the others take is gone before it arrives."""
     quads = [quad for edit in edits for quad in (edit["entry"], *(out["quad"] for out in edit["exits"]))]
     return 1 + max((quad["order"] for quad in quads), default=0)
 
 
-def answer(session):
-    """([(expression, share)], name of an edit that takes the light before) of a session that is over; a Failure if it could not tell."""
+def answer(session: core.Session) -> tuple[list[tuple[str, float]], str]:
+    """What a session that is over has found: (expression, share) of each kind of light, and the name of an edit that takes the light before,
+    if one does. Raises a Failure if the session failed."""
     progress = session.progress()
     if progress["state"] == 'failed':
         raise final.core_failure(progress)
     found = [row for row in session.statistics()["edits"] if row["name"] == _PLACE]
-    return (found[0].get("arrivals", []), statistics.taker(found[0])) if found else ([], "")
+    return (found[0].get("arrivals", []), edit_statistics.taker(found[0])) if found else ([], "")
 
 
-def told(expression, share):
-    """One line of the menu: 62 %, light from Lamp, then one or more mirrors or glass."""
-    return f"{100 * share:.0f} %   {words.tell(core.load().parse(expression), language())}"
+def told(expression: str, share: float) -> str:
+    """One line of the menu, such as "62 %   light from Lamp, then one or more mirrors or glass"."""
+    return f"{100 * share:.0f} %   {expression_words.tell(core.load().parse(expression), checking.language())}"
 
 
-class SLUICE_OT_edit_light_here(bpy.types.Operator):
+class SLUICE_OT_edit_light_here(interface.AddsEdit, bpy.types.Operator):
     """Find which light falls on the selected faces, or at the 3D cursor, and choose the one to edit"""
 
     bl_idname = "sluice.edit_light_here"
@@ -64,12 +68,8 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
     size: bpy.props.FloatProperty(name="Size", description="Side of the square at the cursor; 0: by its distance from the eye",
                                   subtype='DISTANCE', default=0.0, min=0.0, soft_max=10.0)
 
-    @classmethod
-    def poll(cls, context):
-        return operators.SLUICE_OT_add_edit.poll(context)
-
-    def execute(self, context):
-        """Waits for the answer (scripts); the menu is for invoke."""
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """For scripts: waits for the answer. The interface calls invoke, which shows the menu."""
         try:
             session = self._ask(context)
             while not session.wait(_POLL):
@@ -79,7 +79,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
             return self._fail(error)
         return {'FINISHED'}
 
-    def invoke(self, context, _event):
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         try:
             self._session = self._ask(context)
         except Exception as error:
@@ -90,7 +90,7 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
         context.workspace.status_text_set("Looking for the light that arrives here. Esc: stop")
         return {'RUNNING_MODAL'}
 
-    def modal(self, context, event):
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == 'ESC':
             self.cancel(context)
             return {'CANCELLED'}
@@ -103,20 +103,20 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
             return self._fail(error)
         return {'FINISHED'}
 
-    def cancel(self, context):
+    def cancel(self, context: bpy.types.Context) -> None:
         self._session.cancel()
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
 
-    def _ask(self, context):
-        matrix = np.array(places.find(context, self.size)[0])
+    def _ask(self, context: bpy.types.Context) -> core.Session:
+        matrix = np.array(placement.find(context, self.size)[0])
         return ask(context.evaluated_depsgraph_get(), bpy.data, matrix)
 
-    def _fail(self, error):
+    def _fail(self, error: Exception) -> set[str]:
         self.report({'ERROR'}, str(final.as_failure(error)))
         return {'CANCELLED'}
 
-    def _offer(self, context, arrivals, taker):
+    def _offer(self, context: bpy.types.Context, arrivals: list[tuple[str, float]], taker: str) -> None:
         if not arrivals:
             self.report({'INFO'}, f"No light arrives here: the edit {taker} takes it before" if taker else "No light arrives here")
             return
@@ -124,18 +124,19 @@ class SLUICE_OT_edit_light_here(bpy.types.Operator):
             return
         size = self.size
 
-        def draw(menu, _context):
+        def draw(menu: bpy.types.Menu, _context: bpy.types.Context) -> None:
             for expression, share in arrivals:
                 row = menu.layout.operator("sluice.add_edit", text=told(expression, share), icon='LIGHT')
-                row.name = kinds.title(expression)
-                row.expression, row.action, row.size = expression, 'MOVE', size  # else Blender takes those of last time
+                row.name = light_kinds.title(expression)
+                # All of them are set: Blender fills in the rest from the last call.
+                row.expression, row.action, row.size = expression, 'MOVE', size
 
         context.window_manager.popup_menu(draw, title="Light That Arrives Here", icon='LIGHT')
 
 
-def register():
+def register() -> None:
     bpy.utils.register_class(SLUICE_OT_edit_light_here)
 
 
-def unregister():
+def unregister() -> None:
     bpy.utils.unregister_class(SLUICE_OT_edit_light_here)

@@ -3,12 +3,22 @@
 
 Functions take the Blender objects they ask, so tests run both branches with fakes. `bpy` is imported only where a name must be
 looked up in it."""
+from __future__ import annotations
+
 import functools
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+if TYPE_CHECKING:
+    import bpy
+    import gpu.types as gpu_types
 
-def set_pass_rect(render_pass, pixels):
+T = TypeVar("T")
+
+
+def set_pass_rect(render_pass: bpy.types.RenderPass, pixels: np.ndarray) -> None:
     """Copies `pixels` (rows, columns, channels; row 0 at the bottom) into a render pass. Up to Blender 4.0 the setter wants
     (N, channels), from 4.1 a flat array; the wrong one raises TypeError. One channel is flat everywhere. An array whose channel
     count is not the pass's would be taken silently by some versions, so it is refused here."""
@@ -25,22 +35,22 @@ def set_pass_rect(render_pass, pixels):
         render_pass.rect.foreach_set(pixels.reshape(-1, channels))
 
 
-def builds_on_racing_normals(mesh):
-    """Whether Blender adds up normals at vertices on threads that race, so that they differ in their last bits from one time to the next:
-    before 4.1."""
+def builds_on_racing_normals(mesh: bpy.types.Mesh) -> bool:
+    """Does this Blender add up the normals at vertices on threads that race, so that their last bits differ from one time to the next?
+    Those before 4.1 do."""
     return not hasattr(mesh, "corner_normals")
 
 
-def shades_by_racing_normals(mesh):
-    """Whether those are what a mesh is shaded by: Auto Smooth makes its normals fan by fan, each of them on one thread."""
+def shades_by_racing_normals(mesh: bpy.types.Mesh) -> bool:
+    """Is the mesh shaded by such normals? Auto Smooth makes normals of its own, fan by fan, each of them on one thread."""
     return builds_on_racing_normals(mesh) and not mesh.use_auto_smooth
 
 
-def split_normals(mesh, loop_count):
-    """Blender's own normals, one per loop, or None if every face is flat. Gone in 4.1: calc_normals_split."""
+def split_normals(mesh: bpy.types.Mesh, loop_count: int) -> np.ndarray | None:
+    """Blender's own normals, one per loop, or None if every face is flat. Blender 4.1 has no calc_normals_split any more."""
     normals = np.empty(loop_count * 3, np.float32)
-    if hasattr(mesh, "corner_normals"):  # 4.1
-        if mesh.normals_domain == 'FACE':
+    if hasattr(mesh, "corner_normals"):  # since 4.1
+        if mesh.normals_domain == 'FACE':  # type: ignore[attr-defined]
             return None
         mesh.corner_normals.foreach_get("vector", normals)
         return normals.reshape(-1, 3)
@@ -52,20 +62,20 @@ def split_normals(mesh, loop_count):
     return normals.reshape(-1, 3)
 
 
-def smooth_polygons(mesh):
-    """One bool per polygon."""
+def smooth_polygons(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Which polygons are smooth: one bool each."""
     smooth = np.empty(len(mesh.polygons), bool)
     mesh.polygons.foreach_get("use_smooth", smooth)
     return smooth
 
 
-def matrix(blender_matrix):
-    """(4, 4) float64, rows together; Blender 5's come out with their columns together."""
+def matrix(blender_matrix: Any) -> np.ndarray:
+    """A matrix as an array (4, 4) of float64, its rows together; Blender 5's come out with their columns together."""
     return np.array(blender_matrix, np.float64, order='C')
 
 
-def vertex_positions(mesh):
-    """(n, 3) float32. The attribute (3.5) is several times faster than the vertices."""
+def vertex_positions(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Positions of the vertices, (n, 3) float32. The attribute (since 3.5) is read several times faster than the vertices."""
     positions = np.empty(len(mesh.vertices) * 3, np.float32)
     attribute = mesh.attributes.get("position")
     if attribute is not None and len(attribute.data) == len(mesh.vertices):
@@ -75,8 +85,8 @@ def vertex_positions(mesh):
     return positions.reshape(-1, 3)
 
 
-def uv_corners(layer, loop_count):
-    """(loops, 2) float32 of one UV map; `.uv` replaced `.data` in 3.5."""
+def uv_corners(layer: bpy.types.MeshUVLoopLayer, loop_count: int) -> np.ndarray:
+    """The coordinates of one UV map, (loops, 2) float32; `.uv` replaced `.data` in 3.5."""
     uv = np.empty(loop_count * 2, np.float32)
     if hasattr(layer, "uv"):
         layer.uv.foreach_get("vector", uv)
@@ -85,12 +95,12 @@ def uv_corners(layer, loop_count):
     return uv.reshape(-1, 2)
 
 
-def linear_color_names():
+def linear_color_names() -> set[str]:
     """Names of scene-linear colour spaces in Blender's own configurations (3.x, 4.x, 5.x)."""
     return {"Linear", "Linear Rec.709", "scene_linear", "Scene Linear"}
 
 
-def builtin_shader(gpu, name):
+def builtin_shader(gpu: ModuleType, name: str) -> gpu_types.GPUShader:
     """A built-in 3D shader by its 4.0 name; before that the 3D ones carried a prefix. Never call it under -b (SystemError)."""
     for candidate in (name, "3D_" + name):
         try:
@@ -101,21 +111,21 @@ def builtin_shader(gpu, name):
     raise ValueError(f"no built-in shader {name}")
 
 
-def text_size(blf, size):
-    """The size of drawn text; it lost its dots per inch in 3.6 or so, and warns or fails with them from 4.0."""
+def text_size(blf: ModuleType, size: float) -> None:
+    """Sets the size of drawn text. The call lost its dots per inch in 3.6 or so; from 4.0 it warns or fails with them."""
     try:
         blf.size(0, size)
     except TypeError:
         blf.size(0, round(size), 72)
 
 
-def icon(name, instead):
+def icon(name: str, instead: str) -> str:
     """An icon's name, or another one where this Blender lacks it (LIGHTPROBE_* changed in 4.1)."""
     import bpy
     return name if name in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items else instead
 
 
-def color_attribute_layers(mesh):
+def color_attribute_layers(mesh: bpy.types.Mesh) -> list[Any]:
     """Colour attributes, the one for rendering first."""
     layers = getattr(mesh, "color_attributes", None)
     if not layers:
@@ -124,19 +134,19 @@ def color_attribute_layers(mesh):
     return active_first(list(layers), index)
 
 
-def active_first(items, index):
-    """The list with item `index` moved to the front; out of range leaves it alone."""
+def active_first(items: list[T], index: int) -> list[T]:
+    """The list with item `index` moved to the front; the list itself if there is no such item."""
     if 0 <= index < len(items):
         return [items[index]] + items[:index] + items[index + 1:]
     return items
 
 
-def is_bpy_module(bpy):
+def is_bpy_module(bpy: ModuleType) -> bool:
     """True where Blender is a Python module rather than a program: its engine classes must be gone before exit."""
     return not getattr(bpy.app, "binary_path", "") or getattr(bpy.app, "module", False)
 
 
-def modifier_inputs(modifier):
+def modifier_inputs(modifier: Any) -> list[Any]:
     """The values that a geometry nodes modifier gives its group, where this Blender tells them."""
     try:
         return list(modifier.values())
@@ -145,6 +155,6 @@ def modifier_inputs(modifier):
 
 
 @functools.cache
-def has_session_ids(bpy):
+def has_session_ids(bpy: ModuleType) -> bool:
     """Do datablocks bear a number that stays theirs while Blender runs (4.1)?"""
     return "session_uid" in bpy.types.ID.bl_rna.properties

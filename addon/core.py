@@ -3,6 +3,8 @@
 
 The module is looked for in the folder named by the environment variable SLUICE_CORE, then in the add-on's own folder, where the
 build and the packages put it. Whatever goes wrong becomes one sentence that says what was found and what is needed."""
+from __future__ import annotations
+
 import importlib.machinery
 import importlib.util
 import os
@@ -10,23 +12,58 @@ import platform
 import sys
 import weakref
 from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol
 
-VERSION = (0, 1, 0)  # of the add-on; the core's must be the same
+VERSION = (0, 1, 0)  # The add-on's version; the core must be of the same one.
 
-_sessions = weakref.WeakSet()  # so that unregister, file load and exit can stop what still runs
-_ending = []  # cancelled, kept until their threads are done: the last reference waits for them
+_sessions: weakref.WeakSet[Session] = weakref.WeakSet()  # Unregister, file load and exit stop those that still run.
+# Cancelled sessions, kept until their threads are done: dropping the last reference would wait for them.
+_ending: list[Session] = []
+
+
+class Session(Protocol):
+    """A render of the compiled core (bindings/session.cpp), as far as the add-on uses it."""
+
+    def start(self, description: dict[str, Any], settings: dict[str, Any]) -> None:
+        """Begins to compile and render a scene on threads of its own."""
+
+    def start_from(self, base: Session, shot: dict[str, Any], settings: dict[str, Any]) -> bool:
+        """The same with what `base` has compiled, seen by another camera and with other edits. False: that cannot be."""
+
+    def wait(self, seconds: float) -> bool:
+        """Waits so long at most. Returns whether the session is done."""
+
+    def cancel(self) -> None:
+        """Asks the threads to stop, without waiting for them."""
+
+    def progress(self) -> dict[str, Any]:
+        """State, passes, photons, seconds, estimated error."""
+
+    def snapshot(self, names: list[str]) -> dict[str, Any] | None:
+        """The images of these render passes after the last pass, or None before the first."""
+
+    def statistics(self) -> dict[str, Any]:
+        """What was found at edits, where time went, the report."""
+
+    def warnings(self) -> list[tuple[str, str]]:
+        """(name of a thing, message)."""
+
+    def film_hash(self) -> str:
+        """Equal for images that are equal bit by bit."""
 
 
 class CoreMissing(RuntimeError):
     """The compiled core cannot be used; the message is one sentence for the artist."""
 
 
-def folders():
+def folders() -> list[Path]:
+    """Where the module is looked for, in this order."""
     named = os.environ.get("SLUICE_CORE")
     return ([Path(named)] if named else []) + [Path(__file__).parent]
 
 
-def _find(folder):
+def _find(folder: Path) -> Path | None:
     """The module's file in `folder`: for this Python, else a plain .py (tests), else None."""
     if folder.is_file():
         return folder
@@ -37,7 +74,7 @@ def _find(folder):
     return None
 
 
-def _explain_absence():
+def _explain_absence() -> str:
     found = [path.name for folder in folders() if folder.is_dir() for path in sorted(folder.glob("sluice_core*"))]
     python = "cp%d%d on %s" % (*sys.version_info[:2], platform.machine())
     if found:
@@ -46,7 +83,7 @@ def _explain_absence():
             "install a package for this platform, or run ./run build in the repository")
 
 
-def load():
+def load() -> ModuleType:
     """The module, imported at the first call. Raises CoreMissing."""
     name = __package__ + ".sluice_core"
     if name in sys.modules:
@@ -56,6 +93,7 @@ def load():
         raise CoreMissing(_explain_absence())
     try:
         spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None and spec.loader is not None  # There always is one for a file with one of these suffixes.
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     except (ImportError, OSError) as error:
@@ -68,7 +106,7 @@ def load():
     return module
 
 
-def new_session():
+def new_session() -> Session:
     """A session that stop_all() knows of."""
     _ending[:] = [session for session in _ending if not session.wait(0)]
     session = load().Session()
@@ -76,18 +114,18 @@ def new_session():
     return session
 
 
-def retire(session):
+def retire(session: Session) -> None:
     """Cancels a session without waiting for its threads."""
     session.cancel()
     _ending.append(session)
 
 
-def let_go():
+def let_go() -> None:
     """Waits for what was retired, so that nothing of it stays in memory."""
     _ending.clear()
 
 
-def stop_all(*_):
+def stop_all(*_: object) -> None:
     """Stops every session; idempotent. For unregister, atexit and the load_pre handler."""
     for session in list(_sessions):
         session.cancel()
@@ -95,6 +133,6 @@ def stop_all(*_):
     _ending.clear()
 
 
-def expression_problem(error):
+def expression_problem(error: Exception) -> tuple[str, int | None, str]:
     """An ExpressionError or SceneError as (item, column or None, message)."""
     return getattr(error, "item", "") or "", getattr(error, "column", None), str(error)

@@ -2,28 +2,38 @@
 """The final render: one function per verb of Blender's render engine. update copies the scene while Blender holds it still; render
 runs a session on the core's threads and polls it. Everything is caught here: a failed render must not write a frame, and for
 Blender only report({'ERROR'}) is a failure (an exception, or error_set alone, would write a black frame and exit with 0)."""
+from __future__ import annotations
+
 import sys
 import traceback
+from collections.abc import Collection
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from . import core, export, passes, statistics, status
+from . import core, edit_statistics, export, passes, render_progress
 from .export.camera import export_camera, export_frame
-from .export.names import Names
+from .export.description import Description
+from .export.scene_names import Names
 from .export.settings import export_settings, for_preview
 
-POLL = 0.1  # seconds between two looks at the session and at Esc
-_PATIENCE = 1.0  # seconds in which a cancelled session ends (it promises half)
-_MOST_REPORTS = 20  # warnings shown in Blender; all of them go to stderr
+if TYPE_CHECKING:
+    import bpy
+
+    from .engine import SluiceRenderEngine
+
+POLL = 0.1  # Seconds between two looks at the session and at Esc.
+_PATIENCE = 1.0  # Seconds that a cancelled session is given to end; it promises to need half.
+_MOST_REPORTS = 20  # So many warnings are shown in Blender; stderr gets all of them.
 
 
 class Failure(Exception):
     """Why there is no image: the thing at fault, where in its expression, and what to do about it."""
 
-    def __init__(self, message, item="", column=None):
+    def __init__(self, message: str, item: str = "", column: int | None = None) -> None:
         super().__init__(message)
         self.item, self.column = item, column
 
-    def __str__(self):
+    def __str__(self) -> str:
         where = f"{self.item}: " if self.item else ""
         column = f"column {self.column}: " if self.column else ""
         return where + column + super().__str__()
@@ -34,15 +44,15 @@ class Job:
     """What update hands to render; no Blender data in it."""
 
     layer: str
-    description: dict = None
-    settings: dict = None
-    warnings: list = field(default_factory=list)
-    passes: tuple = passes.PASSES
-    failure: Failure = None
+    description: Description = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
+    warnings: list[tuple[str, str]] = field(default_factory=list)
+    passes: tuple[passes.Pass, ...] = passes.PASSES
+    failure: Failure | None = None
     cancelled: bool = False
 
 
-def update(engine, data, depsgraph):
+def update(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
     """Deep-copies the scene. Never raises: what went wrong waits in the job for render to report."""
     engine.job = job = Job(depsgraph.view_layer_eval.name)
     try:
@@ -55,7 +65,7 @@ def update(engine, data, depsgraph):
         job.failure = as_failure(error)
 
 
-def _copy_scene(engine, data, depsgraph, job):
+def _copy_scene(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph, job: Job) -> None:
     scene = depsgraph.scene_eval
     context = export.Context(Names(data.collections, data.objects, data.worlds), cancelled=engine.test_break)
     job.warnings = context.warnings
@@ -75,7 +85,7 @@ def _copy_scene(engine, data, depsgraph, job):
     job.passes = passes.all_passes(job.description["layers"])
 
 
-def render(engine):
+def render(engine: SluiceRenderEngine) -> None:
     """Renders the job of the last update. Never raises."""
     job, engine.job = engine.job, None
     if job is None or job.cancelled:
@@ -93,15 +103,15 @@ def render(engine):
             session.cancel()
 
 
-def _run(engine, job, session):
+def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     passes.add_passes(engine, job.layer, job.passes)
     result = passes.begin(engine, job.layer)
     _trust_size(job.description["frame"], result)
     session.start(job.description, job.settings)
-    job.description = None  # the core has its own copy now
+    job.description = {}  # The core has a copy of its own now.
     names = [item.name for item in job.passes]
-    stream = status.Stream(engine, result, names, enabled=not status.in_background())
-    log = status.ProgressLog(job.settings["frame"], job.layer)
+    stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
+    log = render_progress.ProgressLog(job.settings["frame"], job.layer)
     stopped = False
     while not session.wait(POLL):
         if engine.test_break():
@@ -112,13 +122,14 @@ def _run(engine, job, session):
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
-    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))  # each once, of a failure too
+    # Each is told once, also when the render failed: it may say why.
+    _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':
         raise core_failure(progress)
     images = session.snapshot(names)
     if images is None:
         if stopped:
-            return  # Esc before the first image: Blender keeps what it showed and writes nothing
+            return  # Esc came before the first image: Blender keeps what it showed and writes nothing.
         raise Failure("the render ended without an image")
     written = passes.write(result, images)
     if "Combined" not in written:
@@ -128,32 +139,32 @@ def _run(engine, job, session):
     _finish(engine, session, progress, job)
 
 
-def _trust_size(frame, result):
+def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
     """The result's size is Blender's word on how large the border is; the frame's corner is ours."""
     frame["x1"], frame["y1"] = frame["x0"] + result.resolution_x, frame["y0"] + result.resolution_y
 
 
-def _finish(engine, session, progress, job):
+def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[str, Any], job: Job) -> None:
     """Says why the render stopped, and puts into the file's header what made it."""
     if not engine.is_preview:
-        print(f"sluice: {status.summary(progress)}", flush=True)
+        print(f"sluice: {render_progress.summary(progress)}", flush=True)
         print(session.statistics()["report"], flush=True)
-        statistics.remember(session)
+        edit_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
-            engine.report({'INFO'}, f"Sluice: {status.summary(progress)}")
+            engine.report({'INFO'}, f"Sluice: {render_progress.summary(progress)}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
         "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
-        **{f"edit {name}": line for name, line in statistics.stamps().items()},
+        **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
-    result = engine.get_result()  # fields of a tile's result are lost; the whole result keeps them
+    result = engine.get_result()  # Blender loses the fields of a tile's result; the whole result keeps them.
     if result is not None:
         for name, value in stamps.items():
             result.stamp_data_add_field(f"Sluice {name}", str(value))
 
 
-def _report_warnings(engine, warnings):
+def _report_warnings(engine: SluiceRenderEngine, warnings: Collection[tuple[str, str]]) -> None:
     if engine.is_preview:
         return
     for count, (item, message) in enumerate(warnings):
@@ -165,7 +176,7 @@ def _report_warnings(engine, warnings):
         engine.report({'WARNING'}, f"Sluice: {len(warnings) - _MOST_REPORTS} more warnings in the console")
 
 
-def _report_failure(engine, failure):
+def _report_failure(engine: SluiceRenderEngine, failure: Failure) -> None:
     """The one way to fail: Blender raises for an ERROR report, writes no file and exits with a code that is not 0."""
     if engine.is_preview:
         return
@@ -174,20 +185,20 @@ def _report_failure(engine, failure):
     engine.error_set(f"Sluice: {failure}")
 
 
-def as_failure(error):
+def as_failure(error: Exception) -> Failure:
     """Any exception as a Failure; what is not meant for artists leaves its traceback in the console."""
     if isinstance(error, Failure):
         return error
     if isinstance(error, core.CoreMissing):
         return Failure(str(error))
-    if hasattr(error, "item"):  # SceneError, ExpressionError
+    if hasattr(error, "item"):  # The core's SceneError and ExpressionError have it.
         item, column, message = core.expression_problem(error)
         return Failure(message, item, column)
     traceback.print_exception(type(error), error, error.__traceback__)
     return Failure(f"internal error: {type(error).__name__}: {error}")
 
 
-def core_failure(progress):
+def core_failure(progress: dict[str, Any]) -> Failure:
     """The error a session ended with."""
     error = progress["error"] or {}
     return Failure(error.get("message") or progress["message"], error.get("item") or "", error.get("column"))

@@ -3,23 +3,33 @@
 dimmed where they do not act, dashed where the last render found no light for them. Hidden by the overlay switch.
 
 Shaders are made in the draw callback, never at registration: without a window they raise, or crash Blender."""
-from collections import namedtuple
+from __future__ import annotations
+
+from collections.abc import Iterable
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 from mathutils import Color
 
-from . import compat, edit_list, operators, statistics
+from . import compat, edit_statistics, model
+from .interface import ENTRY_COLOR, EXIT_COLOR
 
-ENTRY, EXIT = (0.22, 0.52, 1.0), (0.80, 0.45, 0.95)
-_TOWARDS_EYE = 0.004  # quads lie on surfaces: drawn this fraction of the distance nearer, they do not flicker
-_DASHES = 9  # along each side
-_handles = []
-
-Shape = namedtuple("Shape", "fills lines")  # lists of (points, colours), fills by triangles, lines by pairs
+# Quads lie on surfaces: they are drawn nearer by this fraction of the distance, so that they do not flicker.
+_TOWARDS_EYE = 0.004
+_DASHES = 9  # Each side of a quad is cut into so many.
+_handles: list[Any] = []
 
 
-def quad_corners(item):
+class Shape(NamedTuple):
+    """What is drawn of edits, as lists of (points, colour or colours)."""
+
+    fills: list[tuple[Any, Any]]  # three points for each triangle
+    lines: list[tuple[Any, Any]]  # two points for each line
+
+
+def quad_corners(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The four corners of an edit's quad in world space, counter-clockwise seen from the arrow's side, then the centre and the tip
     of the arrow."""
     s = item.empty_display_size
@@ -36,30 +46,30 @@ def quad_corners(item):
     return corners, centre, centre + normal * reach
 
 
-def _looks(item, scene):
-    """(colour, strength, dashed) of an edit's Empty."""
-    entry = operators.entry_of(item)
-    alive = entry is not None and edit_list.acts(scene, entry) and entry.name in scene.objects
-    found = statistics.of(entry.name_full) if alive else None
+def _looks(item: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[float, ...], float, bool]:
+    """How an edit's Empty is drawn: (colour, opacity, whether its border is dashed)."""
+    entry = model.entry_of(item)
+    alive = entry is not None and model.acts(scene, entry) and entry.name in scene.objects
+    found = edit_statistics.of(entry.name_full) if alive else None
     strength = (1.0 if item.select_get() else 0.65) * (1.0 if alive else 0.35)
-    return ENTRY if item.sluice.role == 'ENTRY' else EXIT, strength, found is not None and not found.acted
+    return ENTRY_COLOR if item.sluice.role == 'ENTRY' else EXIT_COLOR, strength, found is not None and not found.acted
 
 
-def _fill(edit, color):
+def _fill(edit: Any, color: tuple[float, ...]) -> tuple[float, ...]:
     """The colour within a quad's border: its tint at full brightness, if it has one."""
     high = max(edit.tint)
     if edit.role == 'ENTRY' or min(edit.tint) == high:
         return color
-    return tuple(Color(part / high for part in edit.tint).from_scene_linear_to_srgb())
+    return tuple(Color([part / high for part in edit.tint]).from_scene_linear_to_srgb()[:])
 
 
-def _dashes(points):
-    """Pairs of points, each cut into dashes."""
+def _dashes(points: np.ndarray) -> np.ndarray:
+    """Lines, given as pairs of points, cut into dashes."""
     steps = np.linspace(0, 1, 2 * _DASHES)[:, None]
     return np.concatenate([a + steps * (b - a) for a, b in points.reshape(-1, 2, 3)])
 
 
-def shapes(items, scene):
+def shapes(items: Iterable[bpy.types.Object], scene: bpy.types.Scene) -> Shape:
     """What to draw for the Empties of edits: (points, colours) of triangles and of lines."""
     fills, lines = [], []
     for item in items:
@@ -69,15 +79,16 @@ def shapes(items, scene):
         border = corners[[0, 1, 1, 2, 2, 3, 3, 0]]
         fills.append((corners[[0, 1, 2, 0, 2, 3]], (*_fill(edit, color), 0.22 * strength)))
         lines.append((_dashes(border) if dashed else border, (*color, 0.95 * strength)))
-        if item.empty_display_type != 'SINGLE_ARROW':  # which shows the arrow itself
+        if item.empty_display_type != 'SINGLE_ARROW':  # That display type shows the arrow itself.
             lines.append((_arrow(corners, centre, tip), (*color, 0.95 * strength)))
-        if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:  # a deleted one is still pointed at
+        # An exit still points at an entry that was deleted.
+        if edit.role == 'EXIT' and edit.entry is not None and edit.entry.name in scene.objects:
             link = np.array((np.array(edit.entry.matrix_world)[:3, 3], centre))
-            lines.append((link, np.array(((*ENTRY, 0.7 * strength), (*EXIT, 0.7 * strength)))))
+            lines.append((link, np.array(((*ENTRY_COLOR, 0.7 * strength), (*EXIT_COLOR, 0.7 * strength)))))
     return Shape(fills, lines)
 
 
-def _arrow(corners, centre, tip):
+def _arrow(corners: np.ndarray, centre: np.ndarray, tip: np.ndarray) -> np.ndarray:
     """Shaft and four barbs of an arrow, as pairs of points."""
     back = centre + 0.7 * (tip - centre)
     reach = 0.12 * np.linalg.norm(tip - centre)
@@ -89,31 +100,24 @@ def _arrow(corners, centre, tip):
     return np.array(points)
 
 
-def visible_edits(context):
-    view = context.space_data
-    if view is None or not view.overlay.show_overlays:
-        return []
-    return [item for item in context.view_layer.objects
-            if item.type == 'EMPTY' and item.sluice.role != 'NONE' and item.visible_in_viewport_get(view) and item.visible_get()]
-
-
-def _draw():
+def _draw() -> None:
     context = bpy.context
-    items = visible_edits(context)
+    items = model.visible_parts(context)
     if items:
-        # In a rendered view the light below must be seen, not the fills
+        # In a rendered view the light below the quads must be seen.
         opacity = 0.2 if context.space_data.shading.type == 'RENDERED' else 1.0
         _draw_shapes(shapes(items, context.scene), context.region, context.region_data, opacity)
 
 
-def _draw_names():
+def _draw_names() -> None:
     """The name of each edit in a pale form of its colour: an entry's above it, an exit's below, as one may lie on the other. Names that
     would lie on each other are stacked."""
     import blf
     from bpy_extras.view3d_utils import location_3d_to_region_2d
     context = bpy.context
-    size, taken = 11 * context.preferences.system.ui_scale, []
-    for item in visible_edits(context):
+    size = 11 * context.preferences.system.ui_scale
+    taken: list[tuple[float, float, float]] = []  # The place (x, y) and the width of each name that is drawn.
+    for item in model.visible_parts(context):
         color, strength, _dashed = _looks(item, context.scene)
         corners = [location_3d_to_region_2d(context.region, context.region_data, corner) for corner in quad_corners(item)[0]]
         if None in corners:
@@ -121,12 +125,12 @@ def _draw_names():
         above = item.sluice.role == 'ENTRY'
         place = (max if above else min)(corners, key=lambda corner: corner.y)
         compat.text_size(blf, size)
-        width, line = blf.dimensions(0, item.name)[0], (1.3 if above else -1.3) * size
+        width, line = blf.dimensions(0, item.name)[0], (1.3 if above else -1.3) * size  # type: ignore[index]
         x, y = place.x + 4, place.y + (4 if above else -4 - size)
         while any(abs(y - other_y) < size and x < other_x + other_width and other_x < x + width for other_x, other_y, other_width in taken):
             y += line
         taken.append((x, y, width))
-        blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))
+        blf.color(0, *(0.5 + 0.5 * part for part in color), min(1.0, 0.3 + strength))  # type: ignore[call-arg]
         blf.enable(0, blf.SHADOW)
         blf.shadow(0, 3, 0, 0, 0, 0.8)
         blf.position(0, x, y, 0)
@@ -134,11 +138,11 @@ def _draw_names():
         blf.disable(0, blf.SHADOW)
 
 
-def _draw_shapes(found, region, region_3d, opacity):
+def _draw_shapes(found: Shape, region: bpy.types.Region, region_3d: bpy.types.RegionView3D, opacity: float) -> None:
     import gpu
     gpu.state.blend_set('ALPHA')
     gpu.state.depth_mask_set(False)
-    # Once solid where it is in front, once faint where something hides it
+    # All is drawn twice: solid where it is in front, faint where something hides it.
     for depth_test, strength in (('LESS_EQUAL', 1.0), ('GREATER', 0.25)):
         gpu.state.depth_test_set(depth_test)
         _draw_batch(gpu, found.fills, region_3d, strength * opacity)
@@ -148,15 +152,16 @@ def _draw_shapes(found, region, region_3d, opacity):
     gpu.state.blend_set('NONE')
 
 
-def _draw_batch(gpu, parts, region_3d, strength, region=None):
-    """Triangles, or lines as wide in every region."""
+def _draw_batch(gpu: ModuleType, parts: list[tuple[Any, Any]], region_3d: bpy.types.RegionView3D,
+                strength: float, region: bpy.types.Region | None = None) -> None:
+    """Draws triangles; or lines, of one width in pixels in every region, if a region is given."""
     from gpu_extras.batch import batch_for_shader
     kind, shader_name = ('TRIS', "SMOOTH_COLOR") if region is None else ('LINES', "POLYLINE_SMOOTH_COLOR")
     shader = compat.builtin_shader(gpu, shader_name)
     points = np.concatenate([points for points, _color in parts])
     colors = np.concatenate([np.broadcast_to(color, (len(points), 4)) for points, color in parts]) * (1, 1, 1, strength)
-    # Concatenated broadcast arrays come out column by column; the buffer wants rows
-    batch = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
+    # Concatenated broadcast arrays have their columns together; the buffer wants rows.
+    batch: Any = batch_for_shader(shader, kind, {"pos": np.ascontiguousarray(_nearer(points, region_3d), np.float32),
                                             "color": np.ascontiguousarray(colors, np.float32)})
     shader.bind()
     if region is not None:
@@ -165,7 +170,7 @@ def _draw_batch(gpu, parts, region_3d, strength, region=None):
     batch.draw(shader)
 
 
-def _nearer(points, region_3d):
+def _nearer(points: np.ndarray, region_3d: bpy.types.RegionView3D) -> np.ndarray:
     """The points, moved a little towards the eye."""
     inverse = np.array(region_3d.view_matrix.inverted())
     if region_3d.is_perspective:
@@ -173,12 +178,12 @@ def _nearer(points, region_3d):
     return points + _TOWARDS_EYE * region_3d.view_distance * inverse[:3, 2]
 
 
-def register():
+def register() -> None:
     if not bpy.app.background:
         for draw, kind in ((_draw, 'POST_VIEW'), (_draw_names, 'POST_PIXEL')):
             _handles.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), 'WINDOW', kind))
 
 
-def unregister():
+def unregister() -> None:
     while _handles:
         bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), 'WINDOW')

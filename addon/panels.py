@@ -1,48 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels of the render settings, of lamps and of what objects show. Those of edits are in edit_panels.py."""
-import re
-import textwrap
+from typing import Any
 
 import bpy
 
-from . import core
-
-ENGINE = 'SLUICE'
-_UNIT = re.compile(r"(?<=\d) (?=%|\w{1,2}\b)")  # before a unit: no line ends there
-
-
-class Panel:
-    """What our panels share: they show for our engine alone."""
-
-    bl_space_type = 'PROPERTIES'
-    bl_region_type = 'WINDOW'
-    COMPAT_ENGINES = {ENGINE}
-
-    @classmethod
-    def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
-
-
-def column_of(panel):
-    panel.layout.use_property_split = True
-    panel.layout.use_property_decorate = True
-    return panel.layout.column()
-
-
-def is_narrow(region):
-    """No room for a name beside something else."""
-    return region.width < 330 * bpy.context.preferences.system.ui_scale
-
-
-def sentence(layout, region, text, icon, beside=0):
-    """A sentence in as many lines as the region's width asks for, less what stands beside it (letters)."""
-    scale = bpy.context.preferences.system.ui_scale
-    width = max(14, int(region.width / (6.4 * scale)) - 8 - beside)
-    box = layout.column(align=True)
-    box.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(_UNIT.sub("\u00a0", text), width)):
-        box.label(text=line, icon=icon if number == 0 else 'BLANK1')
-
+from . import core, registration
+from .interface import Panel, column_of, sentence
 
 # --- render ----------------------------------------------------------------------------------------------------------------
 
@@ -54,7 +17,7 @@ class _RenderPanel(Panel):
 class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
     bl_label = "Sampling"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         try:
             core.load()
@@ -77,7 +40,7 @@ class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
 class SLUICE_PT_effects(_RenderPanel, bpy.types.Panel):
     bl_label = "Light"
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         arrives = column.column(heading="Arriving")
         for name in ("use_direct", "use_caustics", "use_edited", "use_indirect"):
@@ -93,7 +56,7 @@ class SLUICE_PT_paths(_RenderPanel, bpy.types.Panel):
     bl_label = "Light Paths"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         settings, column = context.scene.sluice, column_of(self)
         column.prop(settings, "max_depth")
         column.prop(settings, "specular_threshold")
@@ -103,7 +66,7 @@ class SLUICE_PT_film(_RenderPanel, bpy.types.Panel):
     bl_label = "Film"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.prop(render, "filter_size")
         column.prop(render, "film_transparent", text="Transparent")
@@ -113,7 +76,7 @@ class SLUICE_PT_performance(_RenderPanel, bpy.types.Panel):
     bl_label = "Performance"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.prop(render, "threads_mode")
         sub = column.column()
@@ -126,10 +89,10 @@ class SLUICE_PT_simplify(_RenderPanel, bpy.types.Panel):
     bl_label = "Simplify"
     bl_options = {'DEFAULT_CLOSED'}
 
-    def draw_header(self, context):
+    def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.render, "use_simplify", text="")
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         render, column = context.scene.render, column_of(self)
         column.active = render.use_simplify
         column.prop(render, "simplify_subdivision", text="Max Subdivision Viewport")
@@ -144,15 +107,15 @@ class SLUICE_PT_lamp(Panel, bpy.types.Panel):
     bl_context = "data"
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.light is not None
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         lamp = context.light
         self.layout.row().prop(lamp, "type", expand=True)
         column = column_of(self)
         column.prop(lamp, "color")
-        if hasattr(lamp, "use_temperature"):  # 4.5
+        if hasattr(lamp, "use_temperature"):  # since 4.5
             column.prop(lamp, "use_temperature")
             sub = column.column()
             sub.active = lamp.use_temperature
@@ -174,7 +137,7 @@ class SLUICE_PT_lamp(Panel, bpy.types.Panel):
         column.prop(lamp, "use_shadow", text="Cast Shadow")
 
     @staticmethod
-    def _draw_area(column, lamp):
+    def _draw_area(column: bpy.types.UILayout, lamp: Any) -> None:
         column.prop(lamp, "shape")
         if lamp.shape in {'SQUARE', 'DISK'}:
             column.prop(lamp, "size")
@@ -191,10 +154,10 @@ class SLUICE_PT_visibility(Panel, bpy.types.Panel):
     bl_options = {'DEFAULT_CLOSED'}
 
     @classmethod
-    def poll(cls, context):
+    def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.object is not None
 
-    def draw(self, context):
+    def draw(self, context: bpy.types.Context) -> None:
         item, column = context.object, column_of(self)
         column.prop(item, "hide_select", text="Selectable", invert_checkbox=True, toggle=False)
         shown = column.column(heading="Show In")
@@ -211,4 +174,4 @@ _classes = (
     SLUICE_PT_performance, SLUICE_PT_lamp, SLUICE_PT_visibility,
 )
 
-register, unregister = bpy.utils.register_classes_factory(_classes)
+register, unregister = registration.of_classes(*_classes)

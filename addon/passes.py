@@ -1,8 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render passes, and how their pixels get into a render result."""
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 from . import compat
+
+if TYPE_CHECKING:
+    import bpy
+    import numpy as np
+
+    from .export.description import Description
 
 
 @dataclass(frozen=True)
@@ -11,7 +21,7 @@ class Pass:
 
     name: str
     channels: str
-    kind: str
+    kind: Literal['COLOR', 'VECTOR', 'VALUE']
 
 
 PASSES = (
@@ -26,13 +36,13 @@ PASSES = (
     Pass("Emission", "RGB", 'COLOR'),
     Pass("Noise", "X", 'VALUE'),
 )
-_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # the compositor has two of its own
-_LONGEST = 40  # bytes of a layer's name: a channel of a file has room for 64, the view layer's name among them
+_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # The compositor has two sockets of its own.
+_LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a file has room for 64, with the view layer's name.
 
 
-def clean_name(name, taken=()):
-    """A name that the compositor and a file can hold: it can be read, has no dot (files split their channels' names there), is not
-    too long, and no other pass has it."""
+def clean_name(name: str, taken: Container[str] = ()) -> str:
+    """The name, changed so far that the compositor and a file can hold it: it is printable, has no dot (files split their channels' names
+    there), is not too long, and no other pass has it."""
     name = " ".join("".join(letter if letter.isprintable() and letter != "." else " " for letter in name).split())
     base = _cut(name, _LONGEST) or "Layer"
     unique, number = base, 1
@@ -42,41 +52,41 @@ def clean_name(name, taken=()):
     return unique
 
 
-def _cut(text, size):
+def _cut(text: str, size: int) -> str:
     return text.encode()[:size].decode(errors="ignore").strip()
 
 
-def export_layers(view_layer):
-    """The LayerDescriptions of a view layer. Scripts may leave names empty or give one twice: each gets its own."""
-    found = []
+def export_layers(view_layer: bpy.types.ViewLayer) -> list[Description]:
+    """The LayerDescriptions of a view layer. Scripts may leave names empty or give one twice, so each gets one of its own here."""
+    found: list[Description] = []
     for layer in view_layer.sluice.layers:
         found.append({"name": clean_name(layer.name, [item["name"] for item in found]), "expression": layer.expression})
     return found
 
 
-def all_passes(layers):
-    """Ours, and one for each of the LayerDescriptions."""
+def all_passes(layers: Iterable[Description]) -> tuple[Pass, ...]:
+    """Our render passes, and one for each of the LayerDescriptions."""
     return PASSES + tuple(Pass(layer["name"], "RGB", 'COLOR') for layer in layers)
 
 
-def register_passes(engine, scene, view_layer):
+def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
     """Gives the compositor its sockets."""
     for item in all_passes(export_layers(view_layer)):
         engine.register_pass(scene, view_layer, item.name, len(item.channels), item.channels, item.kind)
 
 
-def add_passes(engine, layer, passes):
+def add_passes(engine: bpy.types.RenderEngine, layer: str, passes: Sequence[Pass]) -> None:
     """Gives the render result its buffers; Combined is always there."""
     for item in passes[1:]:
         engine.add_pass(item.name, len(item.channels), item.channels, layer=layer)
 
 
-def begin(engine, layer):
-    """A result of the size that Blender wants: the border's with a render border, the whole frame else."""
+def begin(engine: bpy.types.RenderEngine, layer: str) -> bpy.types.RenderResult:
+    """Begins a result of the size that Blender wants: that of the render border if there is one, else of the whole frame."""
     return engine.begin_result(0, 0, engine.resolution_x, engine.resolution_y, layer=layer)
 
 
-def write(result, images):
+def write(result: bpy.types.RenderResult, images: Mapping[str, np.ndarray]) -> list[str]:
     """Fills every pass of a result from {name: (height, width, channels)}. A pass that the result has and we do not make (Blender
     adds some of its own to previews) stays black. Returns the names of passes written."""
     written = []

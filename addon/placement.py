@@ -1,78 +1,65 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a new quad lies: the smallest rectangle round points in a plane, as the matrix of an Empty of display size 1. No bpy."""
+"""Where the artist wants a quad to lie: on the selected faces, or at the 3D cursor."""
+from __future__ import annotations
+
+import bmesh
+import bpy
 import numpy as np
+from mathutils import Matrix, Vector
 
-_MIN_HALF = 1e-4  # m; a rectangle round a line or a point still has an area
+from . import quad_geometry
 
-
-def frame_from_normal(normal):
-    """A right-handed orthonormal (x, y, normal), x as level as it can be."""
-    n = np.asarray(normal, np.float64)
-    length = np.linalg.norm(n)
-    n = n / length if length > 1e-12 else np.array((0.0, 0.0, 1.0))
-    level = np.cross((0.0, 0.0, 1.0), n)
-    if np.linalg.norm(level) < 1e-6:
-        level = np.array((1.0, 0.0, 0.0))
-    x = level / np.linalg.norm(level)
-    return x, np.cross(n, x), n
+# The side of a new quad, as a fraction of its distance from the eye: so it fits the view, whatever the scene's scale.
+_SHARE_OF_DISTANCE = 0.12
+_TOUCHES = 0.02  # A surface that is nearer to the cursor than this fraction of the distance is the one that it was set on.
 
 
-def fit_quad(points, normal):
-    """4 × 4 matrix of the smallest rectangle that covers `points` seen along `normal`. It lies in the plane of the point that
-    stands out most, so that all of them are behind it; its local Z is the normal (the arrow)."""
-    points = np.asarray(points, np.float64).reshape(-1, 3)
-    x, y, n = frame_from_normal(normal)
-    flat = np.stack((points @ x, points @ y), axis=1)
-    angle, low, high = _smallest_rectangle(flat)
-    u = np.cos(angle) * x + np.sin(angle) * y
-    v = np.cross(n, u)
-    middle, half = (low + high) / 2, np.maximum((high - low) / 2, _MIN_HALF)
-    matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 1] = u * half[0], v * half[1]
-    matrix[:3, 2] = n * half.mean()
-    matrix[:3, 3] = middle[0] * u + middle[1] * v + (points @ n).max() * n
-    return matrix
+def _selected_faces(context: bpy.types.Context) -> tuple[np.ndarray, np.ndarray] | None:
+    """Corners and mean normal, in world space, of the faces that are selected in edit mode; of the active face if none is; else None."""
+    points, normal = [], Vector()
+    for item in context.objects_in_mode_unique_data if context.mode == 'EDIT_MESH' else ():
+        mesh = bmesh.from_edit_mesh(item.data)
+        faces = [face for face in mesh.faces if face.select] or [face for face in (mesh.faces.active,) if face]
+        turn = item.matrix_world.to_3x3().inverted_safe().transposed()
+        for face in faces:
+            points += [item.matrix_world @ vertex.co for vertex in face.verts]
+            normal += (turn @ face.normal).normalized() * face.calc_area()
+    return (np.array(points), np.array(normal)) if points else None
 
 
-def _smallest_rectangle(flat):
-    """(angle, low, high) of the least rectangle round 2D points: one of its sides lies on an edge of their hull."""
-    best = None
-    hull = _hull(flat)
-    edges = np.roll(hull, -1, axis=0) - hull
-    angles = {0.0} | {float(np.arctan2(dy, dx)) % (np.pi / 2) for dx, dy in edges if abs(dx) + abs(dy) > 1e-12}
-    for angle in sorted(angles):
-        # Turned by -angle the edge is level
-        turned = hull @ np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
-        low, high = turned.min(axis=0), turned.max(axis=0)
-        area = float(np.prod(high - low))
-        if best is None or area < best[0] * (1 - 1e-9):
-            best = (area, angle, low, high)
-    return best[1:]
+def find(context: bpy.types.Context, size: float) -> tuple[Matrix, bool]:
+    """Where an edit would be made: on the selected faces, else at the 3D cursor. Returns the matrix, and whether faces are selected."""
+    faces = _selected_faces(context)
+    if faces is not None:
+        return Matrix(quad_geometry.fit_quad(*faces)), True
+    matrix, distance = at_cursor(context)
+    return matrix @ Matrix.Scale((size or _SHARE_OF_DISTANCE * distance) / 2, 4), False
 
 
-def _hull(flat):
-    """Convex hull of 2D points (Andrew's monotone chain)."""
-    points = sorted(set(map(tuple, np.round(flat, 9).tolist())))
-    if len(points) < 3:
-        return np.array(points)
-
-    def half(sequence):
-        chain = []
-        for p in sequence:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0:
-                chain.pop()
-            chain.append(p)
-        return chain[:-1]
-
-    return np.array(half(points) + half(reversed(points)))
+def _view(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
+    """The 3D view that the artist looks into, also from a panel in it or beside it; None without a window."""
+    if context.region_data is not None or context.window is None or bpy.app.background:
+        return context.region_data
+    if context.area is not None and context.area.type == 'VIEW_3D':
+        return context.space_data.region_3d
+    views = [area for area in context.window.screen.areas if area.type == 'VIEW_3D']
+    return max(views, key=lambda area: area.width * area.height).spaces.active.region_3d if views else None
 
 
-def _turn(a, b, c):
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def beside(matrix, gap=0.15):
-    """The matrix moved along its own X by its width and a gap: where the exit of a new pair starts."""
-    moved = np.array(matrix, np.float64)
-    moved[:3, 3] += moved[:3, 0] * (2 + 2 * gap)
-    return moved
+def at_cursor(context: bpy.types.Context) -> tuple[Matrix, float]:
+    """The matrix of a quad at the 3D cursor, and the distance from the eye. It lies on the surface that the view shows there, if it shows
+    one; else it is turned as the cursor is. Without a view it counts as 8 m away."""
+    cursor, view = context.scene.cursor.matrix, _view(context)
+    if view is None:
+        return cursor, 1 / _SHARE_OF_DISTANCE
+    place, back = cursor.translation, view.view_matrix.inverted()
+    forward = -back.col[2].to_3d()
+    distance = (place - back.translation).length if view.is_perspective else view.view_distance
+    direction = (place - back.translation).normalized() if view.is_perspective else forward
+    start = back.translation if view.is_perspective else place - forward * (10 * distance)
+    hit, found, normal = context.scene.ray_cast(context.evaluated_depsgraph_get(), start, direction)[:3]  # type: ignore[index]
+    if not hit or (found - place).length > _TOUCHES * distance:
+        return cursor, distance
+    x, y, z = quad_geometry.frame_from_normal(normal if normal.dot(direction) < 0 else -normal)
+    turn = Matrix((x, y, z)).transposed().to_4x4()
+    return Matrix.Translation(found) @ turn, distance

@@ -3,28 +3,36 @@
 
 An edit lives on its Empty: keyframes, copies, parents and library overrides of the object are the edit's own."""
 import math
+from typing import Any, Literal
 
 import bpy
 from bpy.props import (
-    BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty,
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
 )
 
-from . import passes, renaming
+from . import model, passes, renaming
 
-OVERRIDABLE = {'LIBRARY_OVERRIDABLE'}
+OVERRIDABLE: set[Literal['LIBRARY_OVERRIDABLE']] = {'LIBRARY_OVERRIDABLE'}
 
 
-def _tag_owner(self, _context):
+def _tag_owner(self: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     """A property of an add-on does not wake the viewport by itself; tagging its owner does."""
     self.id_data.update_tag()
 
 
-def _tag_object(self, _context):
-    # An edit sits on an Empty, so this tag drags no geometry along
+def _tag_object(self: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    # An edit sits on an Empty, so this tag makes Blender update no geometry.
     self.id_data.update_tag(refresh={'OBJECT'})
 
 
-def _expression_changed(self, context):
+def _expression_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     renaming.expression_changed()
     if isinstance(self.id_data, bpy.types.Object):
         _tag_object(self, context)
@@ -32,8 +40,8 @@ def _expression_changed(self, context):
         _tag_owner(self, context)
 
 
-def _role_changed(self, context):
-    """The order is given when an Empty becomes part of an edit, one above all others, so that it is unique."""
+def _role_changed(self: Any, context: bpy.types.Context) -> None:
+    """An Empty that becomes part of an edit gets an order, one above all others, so that it is unique."""
     owner = self.id_data
     others = {item.sluice.order for item in bpy.data.objects if item != owner and item.sluice.role != 'NONE'}
     if self.role != 'NONE' and (self.order == 0 or self.order in others):
@@ -42,25 +50,12 @@ def _role_changed(self, context):
     _tag_object(self, context)
 
 
-def _is_entry(_self, candidate):
-    return candidate.type == 'EMPTY' and candidate.sluice.role == 'ENTRY'
+def _is_entry(_self: object, candidate: bpy.types.Object) -> bool:
+    return model.is_entry(candidate)
 
 
-class SluiceObject(bpy.types.PropertyGroup):
-    """The entry or the exit of an edit, on an Empty."""
-
-    role: EnumProperty(
-        name="Role", description="What this Empty is to the light", default='NONE', override=OVERRIDABLE, update=_role_changed,
-        items=(('NONE', "None", "An Empty like any other"),
-               ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
-               ('EXIT', "Exit", "Sends out again what its entry captured")))
-    order: IntProperty(
-        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
-        default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
-    offset: FloatProperty(
-        name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "
-        "is always added", subtype='DISTANCE', default=0.0, soft_min=0.0, soft_max=1.0, precision=4, override=OVERRIDABLE,
-        update=_tag_object)
+class _EntrySettings:
+    """What an entry does. Blender registers these properties as SluiceObject's own."""
 
     expression: StringProperty(
         name="Expression", description="Which light is captured, by what happened to it since its source. LS+: caustics; "
@@ -78,9 +73,10 @@ class SluiceObject(bpy.types.PropertyGroup):
         name="Feather", description="Width of the entry's soft border, as a fraction of half its side", subtype='FACTOR',
         default=0.0, min=0.0, max=1.0, override=OVERRIDABLE, update=_tag_object)
 
-    entry: PointerProperty(
-        name="Entry", description="The entry whose light leaves here", type=bpy.types.Object, poll=_is_entry,
-        override=OVERRIDABLE, update=_tag_object)
+
+class _ExitSettings:
+    """What becomes of the light that leaves by an exit. Blender registers these properties as SluiceObject's own."""
+
     intensity: FloatProperty(
         name="Intensity", description="Factor on the energy that leaves here", default=1.0, min=0.0, soft_max=10.0, max=1e4,
         override=OVERRIDABLE, update=_tag_object)
@@ -104,6 +100,29 @@ class SluiceObject(bpy.types.PropertyGroup):
     normal_map: PointerProperty(
         name="Normal Map", description="Turns the light that leaves, by a tangent space normal map across the exit",
         type=bpy.types.Image, override=OVERRIDABLE, update=_tag_object)
+
+
+class SluiceObject(_EntrySettings, _ExitSettings, bpy.types.PropertyGroup):
+    """The entry or the exit of an edit, on an Empty."""
+
+    role: EnumProperty(
+        name="Role", description="What this Empty is to the light", default='NONE', override=OVERRIDABLE, update=_role_changed,
+        items=(('NONE', "None", "An Empty like any other"),
+               ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
+               ('EXIT', "Exit", "Sends out again what its entry captured")))
+    order: IntProperty(
+        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
+        default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
+    offset: FloatProperty(
+        name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "
+        "is always added", subtype='DISTANCE', default=0.0, soft_min=0.0, soft_max=1.0, precision=4, override=OVERRIDABLE,
+        update=_tag_object)
+    entry: PointerProperty(
+        name="Entry", description="The entry whose light leaves here", type=bpy.types.Object, poll=_is_entry,
+        override=OVERRIDABLE, update=_tag_object)
+
+
+EXIT_PROPERTIES = ("offset", *_ExitSettings.__annotations__)  # A new exit takes these over from the one that it is made of.
 
 
 class SluiceScene(bpy.types.PropertyGroup):
@@ -160,8 +179,8 @@ class SluiceScene(bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_tag_owner)
 
 
-def _layer_renamed(self, _context):
-    """Passes need names of their own: this one makes way for the others. Then the compositor learns of it."""
+def _layer_renamed(self: Any, _context: bpy.types.Context) -> None:
+    """Each pass needs a name of its own: a new name makes way for the others. Then the compositor learns of it."""
     for view_layer in self.id_data.view_layers:
         layers = list(view_layer.sluice.layers)
         if self not in layers:
@@ -169,7 +188,7 @@ def _layer_renamed(self, _context):
         name = passes.clean_name(self.name, [item.name for item in layers if item != self])
         if name != self.name:
             renaming.notice(f"Light layer '{self.name}' is called '{name}' now: a pass needs a name of its own")
-            self.name = name  # comes back here
+            self.name = name  # This calls the function again, which then tells the compositor.
         else:
             view_layer.update_render_passes()
 
@@ -198,14 +217,14 @@ _classes = (SluiceObject, SluiceScene, SluiceLayer, SluiceViewLayer)
 _owners = ((bpy.types.Object, SluiceObject), (bpy.types.Scene, SluiceScene), (bpy.types.ViewLayer, SluiceViewLayer))
 
 
-def register():
+def register() -> None:
     for cls in _classes:
         bpy.utils.register_class(cls)
     for owner, cls in _owners:
         owner.sluice = PointerProperty(type=cls, override=OVERRIDABLE)
 
 
-def unregister():
+def unregister() -> None:
     for owner, _cls in _owners:
         del owner.sluice
     for cls in reversed(_classes):

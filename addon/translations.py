@@ -2,7 +2,7 @@
 """French for the labels of panels, menus and properties. Blender's own translations come first where it has the same words."""
 import bpy
 
-CONTEXT = "Sluice"  # context of words that Blender translates otherwise: its Exit leaves the program, its Tint is a verb
+CONTEXT = "Sluice"  # The context of words that Blender translates otherwise: its Exit leaves the program, its Tint is a verb.
 
 FRENCH = {
     # the edit and its parts
@@ -40,16 +40,16 @@ FRENCH = {
 _OWN = {"None": "Aucun", "Entry": "Entrée", "Exit": "Sortie", "Role": "Rôle", "Tint": "Coloration"}
 
 
-def _table():
+def _table() -> dict[str, dict[tuple[str, str], str]]:
     """Words in every context that Blender may ask for: labels, operators, our own."""
     words = {(context, word): told for context in ("*", "Operator") for word, told in FRENCH.items()}
     words.update({(CONTEXT, word): told for word, told in _OWN.items()})
-    return {locale: words for locale in ("fr_FR", "fr")}  # 4.5 has the shorter one
+    return {locale: words for locale in ("fr_FR", "fr")}  # Blender 4.5 has the shorter one.
 
 
-def register():
+def register() -> None:
     bpy.app.translations.register(__package__, _table())
 
 
-def unregister():
+def unregister() -> None:
     bpy.app.translations.unregister(__package__)

@@ -4,53 +4,61 @@ render; Blender's only copies the last finished image and draws it. Nothing here
 
 Orbiting, moving an edit and turning a knob start from what the first session has compiled; all else copies the scene anew. A coarse
 image is never given up before it is seen, so that the picture follows a hand that does not stop."""
+from __future__ import annotations
+
 import functools
 import time
 import weakref
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 
-from . import changes, core, export, final, statistics, status
+from . import changes, core, edit_statistics, export, final, render_progress
 from .export.camera import export_view
-from .export.names import Names
+from .export.description import Description
+from .export.scene_names import Names
 from .export.settings import export_settings
 
-_LEVELS = (8, 2, 1)  # pixel sizes: one pass of each coarse one, so that there is something to see at once
+if TYPE_CHECKING:
+    from .engine import SluiceRenderEngine
+
+_LEVELS = (8, 2, 1)  # Sizes of pixels. Each coarse one gets a single pass, so that there is something to see at once.
 _COARSE = {8: {"photons": 4096, "pilot_paths": 1 << 11}, 2: {"photons": 50000, "pilot_paths": 1 << 15}}
-_POLL, _SOON = 0.1, 0.02  # seconds between two looks at the session; before its first image
-_AT_ONCE = 0.03  # seconds that a redraw waits for the coarsest image, to show it itself: less than a hand feels
-_DRAWING = 0.05  # of the time, at most, for redraws until a session is done: without a graphics card they cost what renders
-_HALF_MAX = 65000.0  # the texture is half float: above 65520 it would hold Inf, and the view turn black
+_POLL, _SOON = 0.1, 0.02  # Seconds between two looks at the session, and before its first image.
+_AT_ONCE = 0.03  # A redraw waits so many seconds for the coarsest image, so as to show it itself: less than a hand feels.
+# Until a session is done, redraws get this fraction of the time: without a graphics card they take it from the render.
+_DRAWING = 0.05
+_HALF_MAX = 65000.0  # The texture is half float: above 65520 it would hold Inf, and the view would turn black.
 
 
 class View:
     """One 3D view: the scene as it was last copied, the session that renders it, the last image."""
 
-    def __init__(self):
-        self.description = None  # without camera and frame
-        self.settings = None
-        self.exported = None  # the context of the last copy
-        self.roll = None
-        self.seen = None  # region's size, projection, matrices
-        self.base = None  # the session that compiled the description's things
-        self.session = None
-        self.stale = False  # the session renders what is no more
+    def __init__(self) -> None:
+        self.description: Description | None = None  # It lacks camera and frame, which each session gets.
+        self.settings: dict[str, Any] | None = None
+        self.exported: export.Context | None = None  # The context of the last copy.
+        self.roll: tuple[list[str], str | None] | None = None
+        self.seen: tuple[Any, ...] | None = None  # The region's size, the kind of projection, the matrices.
+        self.base: core.Session | None = None  # The session that compiled the description's things; others start from it.
+        self.session: core.Session | None = None
+        self.stale = False  # The session renders what is no longer so.
         self.level = 0
-        self.told = False  # its figures
-        self.texture = None
+        self.told = False  # Have the session's figures been remembered?
+        self.texture: Any = None
         self.shown_pass = 0
-        self.watched = False  # by a timer
-        self.drawn = 0.0  # when it was drawn last
-        self.redraw = 0.0  # seconds that the whole window's redraw took then
+        self.watched = False  # A timer looks after the session.
+        self.drawn = 0.0  # When the view was drawn last (time.monotonic).
+        self.redraw = 0.0  # Seconds that the redraw of the whole window took then.
 
-    def stop(self):
+    def stop(self) -> None:
         if self.session is not None:
             core.retire(self.session)
             self.session = None
 
 
-def update(engine, context, depsgraph):
+def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
     """The scene changed: copies what is new. The first call comes with no list of updates."""
     try:
         view = engine.view = engine.view or View()
@@ -60,68 +68,70 @@ def update(engine, context, depsgraph):
         if kind == changes.THINGS or kind == changes.EDITS and not _copy_edits(view, depsgraph, names):
             _copy_all(view, depsgraph, names)
         if view.session is not None and view.base is not None and _may_start_over(view):
-            _start(engine, view, depsgraph.scene, 0)  # it renders while Blender draws the rest of the window
+            _start(engine, view, depsgraph.scene, 0)  # It renders while Blender draws the rest of the window.
     except Exception as error:
         _fail(engine, error)
 
 
-def _copy_all(view, depsgraph, names):
-    """After an undo Blender lists everything: what is as it was keeps what is compiled."""
+def _copy_all(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> None:
+    """Copies the scene. After an undo Blender lists everything as changed, so it is compared: what is as it was keeps what was compiled."""
     before, settings = view.description, _settings(depsgraph)
     view.exported = export.Context(names)
     view.description = export.export_scene(depsgraph, None, None, view.exported)
     view.roll = changes.roll(depsgraph)
     if before is None or not changes.same(_things(view.description), _things(before)):
         if view.session is not None and view.session.progress()["state"] == 'compiling':
-            view.stop()  # what it compiles is no more
+            view.stop()  # What it compiles is no longer so.
         view.base, view.stale = None, True
     view.stale |= settings != view.settings or not changes.same(view.description, before)
     view.settings = settings
 
 
-def _things(description):
+def _things(description: Description) -> Description:
     return {key: value for key, value in description.items() if key not in {"edits", "max_gates"}}
 
 
-def _copy_edits(view, depsgraph, names):
-    """False: more than edits and settings is new."""
+def _copy_edits(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> bool:
+    """Copies edits and settings alone. False: more than those is new."""
     if view.roll != changes.roll(depsgraph) or view.description["specular_threshold"] != depsgraph.scene_eval.sluice.specular_threshold:
         return False
     view.exported.names = names
     known = len(view.description["images"])
     edits, settings = export.export_edits(depsgraph, view.exported), _settings(depsgraph)
     if len(view.description["images"]) != known:
-        view.base = None  # it lacks a texture
+        view.base = None  # What was compiled lacks a texture.
     if settings != view.settings or not changes.same(edits, {key: view.description[key] for key in edits}):
         view.settings, view.stale = settings, True
         view.description.update(edits)
     return True
 
 
-def _settings(depsgraph):
+def _settings(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
     found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
-    return found if found["use_animated_seed"] else {**found, "frame": 0}  # else frames in which nothing moves are one picture
+    # With one seed for all frames, those in which nothing moves are one picture: it goes on.
+    return found if found["use_animated_seed"] else {**found, "frame": 0}
 
 
-def draw(engine, context, depsgraph):
+def draw(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
     """Draws the last finished image; starts over when the view moved (orbiting calls draw alone)."""
     try:
         view = engine.view
         if view is None:
             return
-        if view.description is not None:  # else something failed: its message stands over the last image
+        if view.description is not None:  # Otherwise something failed, and its message stands over the last image.
             _follow_view(view, context)
             _refresh(engine, view, depsgraph.scene)
             if not _at_rest(view):
                 _watch(engine, view)
         view.drawn = time.monotonic()
         _draw_image(view, context.region)
-        bpy.app.timers.register(functools.partial(_time_redraw, view), first_interval=0)  # runs when all is drawn
+        # The timer runs when the whole window is drawn.
+        bpy.app.timers.register(functools.partial(_time_redraw, view), first_interval=0)
     except Exception as error:
         _fail(engine, error)
 
 
-def _follow_view(view, context):
+def _follow_view(view: View, context: bpy.types.Context) -> None:
     region, region_3d = context.region, context.region_data
     seen = ((region.width, region.height), region_3d.is_perspective, tuple(map(tuple, region_3d.view_matrix)),
             tuple(map(tuple, region_3d.window_matrix)))
@@ -129,8 +139,8 @@ def _follow_view(view, context):
     view.seen = seen
 
 
-def _start(engine, view, scene, level):
-    """The session of a level, of what is now."""
+def _start(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene, level: int) -> None:
+    """Starts the session of a level, of the scene as it is now."""
     size, is_perspective, view_matrix, window_matrix = view.seen
     scale = _LEVELS[level] * max(1, int(engine.get_preview_pixel_size(scene)))
     coarse = tuple(max(1, side // scale) for side in size)
@@ -145,14 +155,14 @@ def _start(engine, view, scene, level):
         view.base = view.session
 
 
-def _settings_of_level(settings, pixel):
+def _settings_of_level(settings: dict[str, Any], pixel: int) -> dict[str, Any]:
     if pixel not in _COARSE:
         return {**settings, "explain_edits": True}
     coarse = _COARSE[pixel]
     return {**settings, **coarse, "passes": 1, "photons": min(settings["photons"], coarse["photons"])}
 
 
-def _refresh(engine, view, scene):
+def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> None:
     """Takes a new image if there is one; starts over, or goes on to finer pixels when a coarse session is done."""
     if view.session is None or _may_start_over(view):
         _start(engine, view, scene, 0)
@@ -161,22 +171,22 @@ def _refresh(engine, view, scene):
     if finished and view.stale:
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
-    engine.update_stats("Sluice", status.line(view.session.progress()))
-    if finished and view.level > 0 and not view.told:  # the coarsest misses light
-        statistics.remember(view.session)
-        statistics.redraw()
+    engine.update_stats("Sluice", render_progress.line(view.session.progress()))
+    if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
+        edit_statistics.remember(view.session)
+        edit_statistics.redraw()
         view.told = True
     if finished and not is_new and view.level + 1 < len(_LEVELS):
         _start(engine, view, scene, view.level + 1)
 
 
-def _may_start_over(view):
-    """A coarse image is never given up before it is seen."""
+def _may_start_over(view: View) -> bool:
+    """Shall a new session begin? A coarse image is never given up before it is seen."""
     return view.stale and (view.level > 0 or view.shown_pass > 0)
 
 
-def _take_image(view):
-    """Is the session done?"""
+def _take_image(view: View) -> bool:
+    """Takes the session's newest image. Returns whether the session is done."""
     finished = view.session.wait(_AT_ONCE if view.level == 0 and view.shown_pass == 0 else 0)
     progress = view.session.progress()
     if progress["state"] == 'failed' and not view.stale:
@@ -189,20 +199,20 @@ def _take_image(view):
     return finished
 
 
-def _at_rest(view):
-    """Nothing more will come until something changes."""
+def _at_rest(view: View) -> bool:
+    """Will nothing more come until something changes?"""
     return view.told and not view.stale and view.level + 1 == len(_LEVELS)
 
 
-def _watch(engine, view):
+def _watch(engine: SluiceRenderEngine, view: View) -> None:
     """Asks for a redraw when the session has news. Asking in every draw would draw without a pause and starve the render."""
     if not view.watched:
         view.watched = True
         bpy.app.timers.register(functools.partial(_look, weakref.ref(engine), view), first_interval=_SOON)
 
 
-def _look(engine_reference, view):
-    """A timer: seconds until it looks again, None to end."""
+def _look(engine_reference: weakref.ref[SluiceRenderEngine], view: View) -> float | None:
+    """A timer that looks after a session. Returns the seconds until it looks again, None to end."""
     engine = engine_reference()
     if engine is None or view.session is None:
         view.watched = False
@@ -211,38 +221,41 @@ def _look(engine_reference, view):
     has_news = view.session.progress()["pass"] > view.shown_pass
     since, pause = time.monotonic() - view.drawn, view.redraw / _DRAWING
     try:
-        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):  # the last: for the status line
+        # The last case is for the status line.
+        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):
             engine.tag_redraw()
-    except ReferenceError:  # Blender has freed its half of the engine
+    except ReferenceError:  # Blender has freed its half of the engine.
         view.stop()
         finished = True
     view.watched = not finished
     return None if finished else _POLL if view.shown_pass else _SOON
 
 
-def _time_redraw(view):
+def _time_redraw(view: View) -> None:
     view.redraw = time.monotonic() - view.drawn
 
 
-def _make_texture(pixels):
-    import gpu  # not at the top: without a window the module is there but must not be asked
+def _make_texture(pixels: np.ndarray) -> Any:
+    import gpu  # Not at the top of the file: without a window the module is there but must not be asked.
     height, width = pixels.shape[:2]
     clamped = np.ascontiguousarray(np.clip(pixels, 0, _HALF_MAX), np.float32)
-    buffer = gpu.types.Buffer('FLOAT', width * height * 4, clamped.reshape(-1))
-    return gpu.types.GPUTexture((width, height), format='RGBA16F', data=buffer)
+    types: Any = gpu.types  # The stubs of gpu.types know of no arguments.
+    buffer = types.Buffer('FLOAT', width * height * 4, clamped.reshape(-1))
+    return types.GPUTexture((width, height), format='RGBA16F', data=buffer)
 
 
-def _draw_image(view, region):
+def _draw_image(view: View, region: bpy.types.Region) -> None:
     if view.texture is None:
         return
     import gpu
     from gpu_extras.presets import draw_texture_2d
     gpu.state.blend_set('ALPHA_PREMULT')
-    draw_texture_2d(view.texture, (0, 0), region.width, region.height)  # scene-linear: Blender applies the view transform
+    # The image is scene-linear: Blender applies the view transform.
+    draw_texture_2d(view.texture, (0, 0), region.width, region.height)
     gpu.state.blend_set('NONE')
 
 
-def _fail(engine, error):
+def _fail(engine: SluiceRenderEngine, error: Exception) -> None:
     """Shows the sentence in the view and stops; the next change of the scene tries again, with a copy of its own."""
     failure = final.as_failure(error)
     if engine.view is not None:
@@ -252,8 +265,8 @@ def _fail(engine, error):
     engine.tag_redraw()
 
 
-def free(view):
-    """The engine goes away, or None: nothing of its view may run on."""
+def free(view: View | None) -> None:
+    """The engine goes away: nothing of its view may run on. None is an engine that never had one."""
     if view is not None:
         view.stop()
         view.base = None

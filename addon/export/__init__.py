@@ -4,11 +4,18 @@
 Arrays are C-contiguous NumPy (float32, uint32, uint16), matrices float64 4 × 4 as Blender's matrix_world (column vectors),
 enumerations the names of their C++ values. "index" members point into the lists of the scene, -1 = none. One file per kind of
 datablock. Nothing here imports bpy or keeps a Blender object after it returns: exporters get objects, so fakes work in tests."""
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Callable
+from typing import TYPE_CHECKING
 
 from . import camera, edit, geometry, image, light, material, settings
-from .names import Names
+from .description import Description
+from .scene_names import Names
+
+if TYPE_CHECKING:
+    import bpy
 
 
 class Cancelled(Exception):
@@ -21,25 +28,25 @@ class Context:
 
     names: Names
     cancelled: Callable[[], bool] = lambda: False
-    warnings: list = field(default_factory=list)  # (item, message)
-    images: image.ImageTable = None
-    materials: list = field(default_factory=list)
-    _material_indices: dict = field(default_factory=dict)
+    warnings: list[tuple[str, str]] = field(default_factory=list)  # pairs of the name of a thing and a sentence
+    images: image.ImageTable = field(init=False)
+    materials: list[Description] = field(default_factory=list)
+    _material_indices: dict[str, int] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.images = image.ImageTable(self.warn)
 
-    def warn(self, item, message):
-        """One warning per item and sentence, however often it is met."""
+    def warn(self, item: str, message: str) -> None:
+        """Notes a warning. However often it is met, it is told once for each item and sentence."""
         if (item, message) not in self.warnings:
             self.warnings.append((item, message))
 
-    def check_cancel(self):
+    def check_cancel(self) -> None:
         if self.cancelled():
             raise Cancelled
 
-    def material_index(self, blender_material):
-        """Exports a material when it is first met. -1 for an empty slot: the core's neutral material."""
+    def material_index(self, blender_material: bpy.types.Material | None) -> int:
+        """The index of a material, which is exported when it is first met. An empty slot has -1, the core's neutral material."""
         if blender_material is None:
             return -1
         key = blender_material.name_full
@@ -49,7 +56,7 @@ class Context:
         return self._material_indices[key]
 
 
-def export_scene(depsgraph, camera_description, frame, context):
+def export_scene(depsgraph: bpy.types.Depsgraph, camera_description: Description | None, frame: Description | None, context: Context) -> Description:
     """The whole description of what the depsgraph shows, seen by a camera (see camera.py) in a frame."""
     scene = depsgraph.scene_eval
     meshes, instances, lights = geometry.export_objects(depsgraph, context)
@@ -65,7 +72,7 @@ def export_scene(depsgraph, camera_description, frame, context):
     }
 
 
-def export_edits(depsgraph, context):
-    """The part of the description that edits are, with their textures in the context's images."""
+def export_edits(depsgraph: bpy.types.Depsgraph, context: Context) -> Description:
+    """The part of the description that tells of edits. Their textures are added to the context's images."""
     ours = depsgraph.scene_eval.sluice
     return {"edits": edit.export_edits(depsgraph.objects, context, ours.solo), "max_gates": ours.max_gates}

@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The camera, and the part of its frame that is rendered."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import compat
+from .description import Description, Rows, Warn
+
+if TYPE_CHECKING:
+    import bpy
 
 _FITS = {'AUTO': 'Auto', 'HORIZONTAL': 'Horizontal', 'VERTICAL': 'Vertical'}
 
 
-def export_camera(item, matrix_world, warn):
+def export_camera(item: bpy.types.Object, matrix_world: Rows, warn: Warn) -> Description:
     """A CameraDescription. Cameras ignore their scale, as everywhere in Blender."""
     lens = item.data
     kind = 'Orthographic' if lens.type == 'ORTHO' else 'Perspective'
@@ -23,21 +31,21 @@ def export_camera(item, matrix_world, warn):
     }
 
 
-def _without_scale(matrix):
+def _without_scale(matrix: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     matrix[:3, :3] /= np.where(lengths > 0, lengths, 1)
     return matrix
 
 
-def _depth_of_field(lens, kind, matrix):
+def _depth_of_field(lens: bpy.types.Camera, kind: str, matrix: np.ndarray) -> Description:
     focus = lens.dof
     if not focus.use_dof:
         return {"aperture_radius": 0.0}
     distance = focus.focus_distance
-    if focus.focus_object is not None:  # depth along the view axis, as Cycles measures it
+    if focus.focus_object is not None:  # The distance is the depth along the view axis, as Cycles measures it.
         target = np.array(focus.focus_object.matrix_world, np.float64)[:3, 3]
         distance = abs(float(np.dot(matrix[:3, 2], matrix[:3, 3] - target)))
-    # The f-number is focal length over diameter; without a focal length (orthographic) it counts metres
+    # The f-number is the focal length over the diameter of the aperture. Orthographic cameras have no focal length: 1 m stands for it.
     length = lens.lens * 1e-3 if kind == 'Perspective' else 1.0
     return {
         "aperture_radius": length / (2 * max(focus.aperture_fstop, 1e-5)), "focus_distance": distance,
@@ -46,7 +54,7 @@ def _depth_of_field(lens, kind, matrix):
     }
 
 
-def export_frame(width, height, render):
+def export_frame(width: int, height: int, render: bpy.types.RenderSettings) -> Description:
     """A FrameDescription of the full frame, cut to the render border as Blender's pipeline cuts it (float32, truncated)."""
     x0, y0, x1, y1 = 0, 0, width, height
     if render.use_border:
@@ -60,12 +68,13 @@ def export_frame(width, height, render):
     }
 
 
-def export_view(view_matrix, window_matrix, is_perspective, size):
+def export_view(view_matrix: Rows, window_matrix: Rows, is_perspective: bool, size: tuple[int, int]) -> tuple[Description, Description]:
     """The camera and the frame of a 3D view, from its matrices alone: free views and camera views with any zoom and offset."""
     width, height = size
     window = compat.matrix(window_matrix)
     matrix = np.linalg.inv(compat.matrix(view_matrix))
-    side = -1 if is_perspective else 1  # which column holds the offset of the view plane, and its sign
+    # The window matrix holds the view plane's offset in column 2 (perspective, negative) or 3.
+    side = -1 if is_perspective else 1
     column = 2 if is_perspective else 3
     camera = {
         "name": "View", "kind": 'Perspective' if is_perspective else 'Orthographic', "sensor_fit": 'Horizontal',
@@ -78,7 +87,8 @@ def export_view(view_matrix, window_matrix, is_perspective, size):
         camera["clip_end"] = window[2, 3] / (window[2, 2] + 1)
     else:
         near, far = (window[2, 3] + 1) / window[2, 2], (window[2, 3] - 1) / window[2, 2]
-        matrix[:3, 3] -= matrix[:3, 2] * near  # Blender's orthographic views begin behind the eye
+        # Blender's orthographic views begin behind the eye, so the camera is moved back to where they begin.
+        matrix[:3, 3] -= matrix[:3, 2] * near
         camera["ortho_scale"] = 2 / window[0, 0]
         camera["clip_start"], camera["clip_end"] = 0.0, far - near
     camera["matrix"] = matrix

@@ -2,24 +2,38 @@
 """Meshes, and the instances that show them. Curves, text, surfaces and metaballs reach us from the depsgraph as meshes.
 
 All arrays are read with foreach_get; nothing runs once per vertex in Python."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from .. import compat
 from . import light as light_export
+from .description import Description
 from .instancers import Instancers
 from .racing import racing_modifier
 
-# Kinds of data that make a picture elsewhere and none here
+if TYPE_CHECKING:
+    import bpy
+
+    from . import Context
+
+# Kinds of objects that other engines render and this one does not.
 _SKIPPED = {'VOLUME': "volumes are not rendered", 'CURVES': "hair curves are not rendered",
             'POINTCLOUD': "point clouds are not rendered", 'GPENCIL': "grease pencil is not rendered",
             'GREASEPENCIL': "grease pencil is not rendered"}
 
 
-def export_objects(depsgraph, context):
+def export_objects(depsgraph: bpy.types.Depsgraph, context: Context) -> tuple[list[Description], list[Description], list[Description]]:
     """(meshes, instances, lights) of all that is visible. A mesh is exported once, however many instances share it."""
-    meshes, instances, lights = [], [], []
-    mesh_indices, instancers = {}, Instancers()
-    for count, instance in enumerate(depsgraph.object_instances):  # an instance must not be kept past its step
+    meshes: list[Description] = []
+    instances: list[Description] = []
+    lights: list[Description] = []
+    mesh_indices: dict[bpy.types.Mesh, int] = {}
+    instancers = Instancers()
+    # Blender frees an instance when the loop goes on: nothing may keep it.
+    for count, instance in enumerate(depsgraph.object_instances):
         if count % 256 == 0:
             context.check_cancel()
         item = instance.object
@@ -48,8 +62,8 @@ def export_objects(depsgraph, context):
     return meshes, instances, lights
 
 
-def _append_mesh(item, meshes):
-    """Index of the exported mesh of an object, -1 if it has no faces."""
+def _append_mesh(item: bpy.types.Object, meshes: list[Description]) -> int:
+    """Exports the mesh of an object; returns its index, -1 if it has no faces."""
     description = export_mesh(item.data, is_metaball=item.original.type == 'META')
     if description is None:
         return -1
@@ -57,16 +71,16 @@ def _append_mesh(item, meshes):
     return len(meshes) - 1
 
 
-def export_mesh(mesh, is_metaball=False):
-    """A mesh with all its attributes per triangle corner, or None without faces. Shading normals are left out if all is flat, or if the
-    core can make them of the polygons; those of metaballs come from their field."""
+def export_mesh(mesh: bpy.types.Mesh, is_metaball: bool = False) -> Description | None:
+    """A MeshDescription with all attributes per corner of a triangle, or None without faces. Shading normals are left out where all faces
+    are flat, and where the core can make them of the polygons. Those of metaballs come from their field, so they are kept."""
     mesh.calc_loop_triangles()
     triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
     if triangle_count == 0:
         return None
     loops = _integers(mesh.loop_triangles, "loops", triangle_count * 3)
     corners = _integers(mesh.loops, "vertex_index", loop_count)
-    triangles = corners[loops]  # asking each triangle for its vertices takes twice as long
+    triangles = corners[loops]  # Asking the triangles for their vertices would take twice as long.
     slots = np.zeros(triangle_count, np.int32)
     if len(mesh.materials) > 1:
         mesh.loop_triangles.foreach_get("material_index", slots)
@@ -82,13 +96,13 @@ def export_mesh(mesh, is_metaball=False):
         "material_slots": slots.astype(np.uint16) if slots.any() else np.empty(0, np.uint16),
         "uv_maps": _uv_maps(mesh, loops, loop_count),
         "colors": _colors(mesh, loops, triangles),
-        # Generated = (p - location) / (2 size) + 1/2
+        # Generated coordinates are (p - location) / (2 size) + 1/2.
         "texture_origin": np.array(mesh.texspace_location, np.float32) - size,
         "texture_size": 2 * size,
     }
 
 
-def _polygons(mesh, corners):
+def _polygons(mesh: bpy.types.Mesh, corners: np.ndarray) -> Description:
     """A PolygonDescription, empty if every face is flat."""
     smooth = compat.smooth_polygons(mesh)
     if not smooth.any():
@@ -99,25 +113,25 @@ def _polygons(mesh, corners):
         "starts": _integers(mesh.polygons, "loop_start", len(smooth)),
         "sizes": sizes,
         "smooth": smooth.view(np.uint8),
-        # a polygon of n corners is n - 2 triangles, and they come in its order
+        # A polygon of n corners makes n - 2 triangles, and triangles come in the order of their polygons.
         "of_triangles": np.repeat(np.arange(len(sizes), dtype=np.uint32), np.maximum(sizes, 2) - 2),
     }
 
 
-def _integers(items, name, count):
-    values = np.empty(count, np.int32)  # Blender's own type: copied as a whole
+def _integers(items: Any, name: str, count: int) -> np.ndarray:
+    values = np.empty(count, np.int32)  # This is Blender's own type, so that it copies the array as a whole.
     items.foreach_get(name, values)
     return values.view(np.uint32)
 
 
-def _uv_maps(mesh, loops, loop_count):
+def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray, loop_count: int) -> list[Description]:
     layers = list(mesh.uv_layers)
     chosen = next((index for index, layer in enumerate(layers) if layer.active_render), 0)
     return [{"name": layer.name, "corners": compat.uv_corners(layer, loop_count)[loops]}
             for layer in compat.active_first(layers, chosen)]
 
 
-def _colors(mesh, loops, vertices):
+def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, vertices: np.ndarray) -> list[Description]:
     """Colour attributes, linear, without alpha. Each lives on corners or on vertices."""
     colors = []
     for layer in compat.color_attribute_layers(mesh):
@@ -128,10 +142,10 @@ def _colors(mesh, loops, vertices):
     return colors
 
 
-def _export_instance(instance, mesh_index, names, context):
+def _export_instance(instance: bpy.types.DepsgraphObjectInstance, mesh_index: int, names: list[str], context: Context) -> Description:
     item = instance.object
     camera, shadow = item.visible_camera, item.visible_shadow
-    if instance.is_instance and instance.parent:  # the instancer's switches hold for what it makes (as in Cycles)
+    if instance.is_instance and instance.parent:  # As in Cycles, the switches of an instancer hold for what it makes.
         camera, shadow = camera and instance.parent.visible_camera, shadow and instance.parent.visible_shadow
     random_id = instance.random_id if instance.is_instance else name_hash(item.original.name)
     return {
@@ -147,7 +161,7 @@ def _export_instance(instance, mesh_index, names, context):
     }
 
 
-def _materials(item):
+def _materials(item: bpy.types.Object) -> list[bpy.types.Material | None]:
     """The materials by slot: the evaluated mesh's (modifiers may set them), unless the object's slot holds its own."""
     slots, of_mesh = item.material_slots, item.data.materials
     found = []
@@ -158,21 +172,21 @@ def _materials(item):
     return found
 
 
-def _warn_of_hair(item, context):
+def _warn_of_hair(item: bpy.types.Object, context: Context) -> None:
     for modifier in item.modifiers:
         system = getattr(modifier, "particle_system", None)
         if system is not None and system.settings.type == 'HAIR' and system.settings.render_type == 'PATH':
             context.warn(item.original.name, f"hair is not rendered (particle system {system.name})")
 
 
-def _warn_of_races(item, context):
+def _warn_of_races(item: bpy.types.Object, context: Context) -> None:
     modifier = racing_modifier(item)
     if modifier is not None:
         context.warn(item.original.name, f"two renders may differ in their last bits: modifier {modifier.name} builds along normals that this "
                                          "Blender adds up in no fixed order; Blender 4.1 and later do, or apply the modifier")
 
 
-def name_hash(name):
+def name_hash(name: str) -> int:
     """Object Info's random number of an object that is no instance, as Cycles makes it: Jenkins' hash of a hash of the name."""
     value, mask = 0, 0xffffffff
     for byte in name.encode():
@@ -180,7 +194,7 @@ def name_hash(name):
     a = b = c = (0xdeadbeef + (2 << 2) + 13) & mask
     a = (a + value) & mask
 
-    def rotate(x, bits):
+    def rotate(x: int, bits: int) -> int:
         return ((x << bits) | (x >> (32 - bits))) & mask
 
     c = ((c ^ b) - rotate(b, 14)) & mask

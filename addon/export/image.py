@@ -1,22 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images as pixels that Blender has decoded: packed, generated and file images alike, in whatever format."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import compat
+from .description import Description, Warn
 
-MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # larger ones are refused before anything is allocated
+if TYPE_CHECKING:
+    import bpy
+
+MAX_SIDE, MAX_PIXELS = 16384, 64_000_000  # Larger images are refused before anything is allocated.
 
 
 class ImageTable:
     """The images of a description, each once per colour space. `warn(item, message)` is told what is wrong with one."""
 
-    def __init__(self, warn):
-        self.images = []
-        self._indices = {}
+    def __init__(self, warn: Warn) -> None:
+        self.images: list[Description] = []
+        self._indices: dict[tuple[str, str], int] = {}
         self._warn = warn
 
-    def index(self, image, color_space=None):
-        """Index of a Blender image, -1 for None. A missing or unreadable one has no pixels: the core draws a placeholder."""
+    def index(self, image: bpy.types.Image | None, color_space: str | None = None) -> int:
+        """The index of a Blender image, -1 for None. A missing or unreadable one has no pixels: the core draws a placeholder."""
         if image is None:
             return -1
         space = color_space or self._space_of(image)
@@ -26,17 +34,17 @@ class ImageTable:
             self.images.append(self._export(image, space))
         return self._indices[key]
 
-    def _space_of(self, image):
+    def _space_of(self, image: bpy.types.Image) -> str:
         name = image.colorspace_settings.name
         if name in {"Non-Color", "Raw"} or getattr(image.colorspace_settings, "is_data", False):
             return 'NonColor'
         if image.is_float or name in compat.linear_color_names():
-            return 'Linear'  # float buffers are scene-linear once Blender has loaded them
+            return 'Linear'  # Blender makes float buffers scene-linear when it loads them.
         if name != "sRGB":
             self._warn(image.name, f"colour space {name} is not supported: read as sRGB")
         return 'SRGB'
 
-    def _export(self, image, space):
+    def _export(self, image: bpy.types.Image, space: str) -> Description:
         width, height = image.size
         empty = {"name": image.name, "width": 0, "height": 0, "color_space": space, "rgba": np.empty((0, 0, 4), np.float32)}
         if image.source in {'SEQUENCE', 'MOVIE', 'TILED'}:
@@ -51,14 +59,15 @@ class ImageTable:
         pixels = np.empty(width * height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
         rgba = _as_rgba(pixels.reshape(height, width, image.channels))
-        if image.is_float and image.channels in {2, 4}:  # Blender keeps float images premultiplied
+        # Blender keeps float images multiplied by their alpha; the core wants them without.
+        if image.is_float and image.channels in {2, 4}:
             alpha = rgba[..., 3:]
             np.divide(rgba[..., :3], alpha, out=rgba[..., :3], where=alpha > 0)
         return {**empty, "width": width, "height": height, "rgba": rgba}
 
 
-def _as_rgba(pixels):
-    """Grey, grey + alpha and RGB images as RGBA."""
+def _as_rgba(pixels: np.ndarray) -> np.ndarray:
+    """Pixels of grey, grey + alpha or RGB images as RGBA."""
     height, width, channels = pixels.shape
     if channels == 4:
         return pixels

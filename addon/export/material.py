@@ -2,9 +2,22 @@
 """Node trees as flat lists of nodes (cpp/shading/nodes.h says what they mean). Groups, reroutes and muted nodes disappear here;
 everything else passes under Blender's own names, and the core warns of what it does not know. `images` is an ImageTable,
 `warn(item, message)` a place for warnings. Socket identifiers hardly change between Blender 3.4 and 5.x: `_canonical` holds the rest."""
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+
+from .description import Description, Warn
+
+if TYPE_CHECKING:
+    import bpy
+
+    from .image import ImageTable
+
+GroupPath: TypeAlias = tuple["bpy.types.Node", ...]  # The group nodes that a node lies in, outermost first.
 
 _OPTIONS = (
     "interpolation", "extension", "projection", "projection_blend", "operation", "use_clamp", "data_type", "blend_type", "clamp_factor",
@@ -12,7 +25,7 @@ _OPTIONS = (
     "attribute_name", "attribute_type", "layer_name", "mode", "distribution", "gradient_type", "convert_from", "convert_to",
     "direction_type", "axis", "noise_dimensions", "noise_type", "normalize", "wave_type", "bands_direction", "rings_direction",
     "wave_profile", "rotation_type")
-_TABLE_ROWS = 256  # as many as Cycles bakes
+_TABLE_ROWS = 256  # Cycles bakes ramps and curves into as many.
 _BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
     (0.8263, 0.9945, 1.5663), (0.9102, 0.9937, 1.3274), (1.0057, 0.9872, 1.1087), (1.1103, 0.9758, 0.9164),
     (1.2226, 0.9592, 0.7494), (1.3413, 0.9379, 0.6076), (1.464, 0.9135, 0.4878), (1.5897, 0.8869, 0.3861),
@@ -23,22 +36,22 @@ _BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
     (3.8218, 0.2704, 0), (3.9432, 0.2345, 0), (4.0621, 0.1993, 0), (4.1798, 0.1644, 0),
     (4.2946, 0.1303, 0), (4.4069, 0.0969, 0), (4.5169, 0.0642, 0), (4.6247, 0.0321, 0),
     (4.7306, 0.0005, 0))
-_MAX_NODES = 4097  # one more than the core takes, so that it says so
+_MAX_NODES = 4097  # One more than the core takes, so that the core refuses the material and says why.
 
 
-def export_material(material, images, warn):
+def export_material(material: bpy.types.Material, images: ImageTable, warn: Warn) -> Description:
     """A MaterialDescription of an (evaluated) material."""
     return _export(material, 'ShaderNodeOutputMaterial', images, warn) or _plain(
         material.name, "BsdfDiffuse", {"Color": _four(material.diffuse_color), "Roughness": [0.0] * 4})
 
 
-def export_world(world, images, warn):
+def export_world(world: bpy.types.World, images: ImageTable, warn: Warn) -> Description:
     """A MaterialDescription whose surface is the world's background."""
     return _export(world, 'ShaderNodeOutputWorld', images, warn) or _plain(
         world.name, "Background", {"Color": _four(world.color), "Strength": [1.0] * 4})
 
 
-def light_emission(light, warn):
+def light_emission(light: bpy.types.Light, warn: Warn) -> tuple[tuple[float, ...], float]:
     """(colour, strength) that a lamp's node tree multiplies its own with: an Emission node fed by numbers, colours or a Blackbody.
     Anything else is said and left out."""
     found = _export(light, 'ShaderNodeOutputLight', None, warn)
@@ -57,7 +70,7 @@ def light_emission(light, warn):
     return tuple(color[:3]), strength[0]
 
 
-def _constant(item, nodes):
+def _constant(item: Description, nodes: list[Description]) -> list[float] | None:
     """The value of an input that is a number or comes from a Value, RGB or Blackbody node; else None."""
     if item["node"] < 0:
         return item["value"]
@@ -69,20 +82,20 @@ def _constant(item, nodes):
     return None
 
 
-def _blackbody(kelvin):
+def _blackbody(kelvin: float) -> list[float]:
     """Rec. 709 colour of luminance 1 (the core's Blackbody node; the same table)."""
     place = (1 / min(max(kelvin, 965.0), 12000.0) - 1 / 12000) / (1 / 965 - 1 / 12000) * (len(_BLACKBODY) - 1)
     return [float(np.interp(place, range(len(_BLACKBODY)), column)) for column in zip(*_BLACKBODY)]
 
 
-def _plain(name, kind, values):
+def _plain(name: str, kind: str, values: dict[str, list[float]]) -> Description:
     """A material of one node."""
     inputs = [{"name": key, "value": value, "node": -1, "output": ""} for key, value in values.items()]
     node = {"kind": kind, "name": kind, "inputs": inputs, "options": {}, "table": np.empty(0, np.float32), "image": -1}
     return {"name": name, "nodes": [node], "surface": 0, "surface_output": ""}
 
 
-def _export(owner, output_type, images, warn):
+def _export(owner: Any, output_type: str, images: ImageTable | None, warn: Warn) -> Description | None:
     """The tree of a material, world or lamp; None if it has none."""
     tree = owner.node_tree
     if tree is None or not getattr(owner, "use_nodes", True):
@@ -103,7 +116,7 @@ def _export(owner, output_type, images, warn):
     return description
 
 
-def _active_output(tree, output_type):
+def _active_output(tree: bpy.types.NodeTree, output_type: str) -> bpy.types.Node | None:
     """The output node that counts: active ones first, for every engine before those for one."""
     outputs = [node for node in tree.nodes if node.bl_idname == output_type and not node.mute]
     targets = ['ALL', 'CYCLES', 'EEVEE']
@@ -114,23 +127,24 @@ def _active_output(tree, output_type):
 class _Link:
     """The output of a real node, met inside the groups of `path` (a tuple of group nodes, outermost first)."""
 
-    def __init__(self, node, output, path):
+    def __init__(self, node: bpy.types.Node, output: str, path: GroupPath) -> None:
         self.node, self.output, self.path = node, output, path
 
 
 class _Flattener:
-    def __init__(self, name, images, warn):
-        self.nodes = []
+    def __init__(self, name: str, images: ImageTable | None, warn: Warn) -> None:
+        self.nodes: list[Description] = []
         self._name, self._images, self._warn = name, images, warn
-        self._indices, self._waiting = {}, []
+        self._indices: dict[tuple[str, ...], int] = {}
+        self._waiting: list[tuple[int, _Link]] = []
 
-    def finish(self):
+    def finish(self) -> None:
         """Exports the inputs of the nodes met so far, and so on until no new ones turn up."""
         while self._waiting:
             index, link = self._waiting.pop()
             self.nodes[index]["inputs"] = self._inputs(link.node, link.path)
 
-    def node_index(self, link):
+    def node_index(self, link: _Link) -> int:
         """Place of a real node in the list; it is added when first met."""
         key = (*(group.name for group in link.path), link.node.name)
         if key not in self._indices and len(self.nodes) < _MAX_NODES:
@@ -139,7 +153,7 @@ class _Flattener:
             self._waiting.append((self._indices[key], link))
         return self._indices.get(key, 0)
 
-    def source_of(self, socket, path):
+    def source_of(self, socket: bpy.types.NodeSocket | None, path: GroupPath) -> _Link | bpy.types.NodeSocket | None:
         """What feeds an input: a _Link, or the socket that holds its value (the input itself, or one of a group further out)."""
         while True:
             link = next((link for link in socket.links if not link.is_muted and link.is_valid), None) if socket.is_linked else None
@@ -163,11 +177,12 @@ class _Flattener:
             if socket is None:
                 return None
 
-    def _inputs(self, node, path):
+    def _inputs(self, node: Any, path: GroupPath) -> list[Description]:
         """InputDescriptions. An unlinked socket that shows no value in Blender is left out: the node's implicit default."""
         if node.bl_idname in {'ShaderNodeValue', 'ShaderNodeRGB'}:
             name = "Value" if node.bl_idname == 'ShaderNodeValue' else "Color"
-            return [_input(name, _value_of(node.outputs[0]))]
+            value = _value_of(node.outputs[0])
+            return [] if value is None else [_input(name, value)]
         inputs = []
         for socket in node.inputs:
             if not getattr(socket, "enabled", True) or getattr(socket, "is_unavailable", False):
@@ -175,17 +190,18 @@ class _Flattener:
             name, source = _canonical(node, socket), self.source_of(socket, path)
             if isinstance(source, _Link):
                 inputs.append(_input(name, [0.0] * 4, self.node_index(source), source.output))
-            elif source is None:  # fed by a muted node that passes nothing on
+            elif source is None:  # It is fed by a muted node that passes nothing on.
                 inputs.append(_input(name, [0.0] * 4))
             elif source is not socket and source.type != socket.type and source.type != 'SHADER':
-                inputs.append(_input(name, [0.0] * 4, *self._constant_node(source)))  # the core converts between types
+                # A node of its own holds the value, and the core converts its type.
+                inputs.append(_input(name, [0.0] * 4, *self._constant_node(source)))
             elif hasattr(source, "default_value") and not source.hide_value:
                 value = _value_of(source)
                 if value is not None:
                     inputs.append(_input(name, value))
         return inputs
 
-    def _constant_node(self, socket):
+    def _constant_node(self, socket: Any) -> tuple[int, str]:
         """(index, output) of a node made for the value of a group's socket of another type."""
         value = _value_of(socket) or [0.0] * 4
         if socket.type == 'VECTOR':
@@ -196,7 +212,7 @@ class _Flattener:
         self.nodes.append({"kind": kind, "name": socket.name, "inputs": inputs, "options": {}, "table": np.empty(0, np.float32), "image": -1})
         return len(self.nodes) - 1, output
 
-    def _describe(self, node):
+    def _describe(self, node: Any) -> Description:
         """A NodeDescription but for its inputs."""
         described = {"kind": _kind(node), "name": node.name, "inputs": [], "options": _options(node), "table": np.empty(0, np.float32), "image": -1}
         if node.bl_idname == 'ShaderNodeValToRGB':
@@ -213,18 +229,18 @@ class _Flattener:
         return described
 
 
-def _input(name, value, node=-1, output=""):
+def _input(name: str, value: list[float], node: int = -1, output: str = "") -> Description:
     return {"name": name, "value": value, "node": node, "output": output}
 
 
-def _kind(node):
+def _kind(node: bpy.types.Node) -> str:
     """The core's name: Blender's without "ShaderNode"; Principled tells its two shapes apart by a socket that only one has."""
     if node.bl_idname == 'ShaderNodeBsdfPrincipled' and node.inputs.get("Specular IOR Level") is None:
         return "BsdfPrincipledV1"
     return node.bl_idname.removeprefix("ShaderNode")
 
 
-def _canonical(node, socket):
+def _canonical(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str:
     """The core's name of a socket. The Mix node has a set of sockets per data type, Map Range one whose names agree."""
     if node.bl_idname == 'ShaderNodeMix':
         return socket.identifier.split("_")[0]
@@ -233,16 +249,16 @@ def _canonical(node, socket):
     return socket.identifier
 
 
-def _by_identifier(sockets, identifier):
+def _by_identifier(sockets: Iterable[bpy.types.NodeSocket], identifier: str) -> bpy.types.NodeSocket | None:
     return next((socket for socket in sockets if socket.identifier == identifier), None)
 
 
-def _group_output(tree):
+def _group_output(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     outputs = [node for node in tree.nodes if node.bl_idname == 'NodeGroupOutput']
     return next((node for node in outputs if node.is_active_output), outputs[0] if outputs else None)
 
 
-def _options(node):
+def _options(node: bpy.types.Node) -> dict[str, str]:
     """The node's settings as text."""
     options = {}
     for name in _OPTIONS:
@@ -254,7 +270,7 @@ def _options(node):
     return options
 
 
-def _value_of(socket):
+def _value_of(socket: Any) -> list[float] | None:
     """Four floats; None of what is no number (strings, menus, rotations)."""
     value = socket.default_value
     if isinstance(value, bool | int | float):
@@ -267,16 +283,16 @@ def _value_of(socket):
         return None
 
 
-def _four(value):
+def _four(value: Iterable[float]) -> list[float]:
     numbers = [float(number) for number in value][:4]
     return numbers + [1.0] * (4 - len(numbers))
 
 
-def _table(rows):
+def _table(rows: Iterable[Iterable[float]]) -> np.ndarray:
     return np.ascontiguousarray([tuple(row)[:4] for row in rows], np.float32).reshape(-1)
 
 
-def _curves(mapping):
+def _curves(mapping: bpy.types.CurveMapping) -> tuple[float, float, np.ndarray]:
     """(lowest, highest, rows): colour curves go through the common curve first, as Blender evaluates them."""
     mapping.initialize()
     curves = list(mapping.curves)

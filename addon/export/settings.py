@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The settings of a session: scene.sluice under its own names, and what the render asks beside them."""
+from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import bpy
 NAMES = (
     "passes", "photons", "seed", "use_animated_seed", "max_depth", "max_gates", "specular_threshold", "time_limit", "error_target",
     "use_adaptive_sampling", "use_direct", "use_caustics", "use_edited", "use_indirect", "use_edits",
 )
 
 
-def export_settings(scene, threads=None):
+def export_settings(scene: bpy.types.Scene, threads: int | None = None) -> dict[str, Any]:
     """A dict for Session.start, in the units that the panels show (error_target in percent)."""
     render = scene.render
     found = {name: getattr(scene.sluice, name) for name in NAMES}
@@ -17,7 +22,7 @@ def export_settings(scene, threads=None):
     return found
 
 
-def for_preview(settings):
+def for_preview(settings: dict[str, Any]) -> dict[str, Any]:
     """Little work for a material preview: a thumbnail that appears at once."""
     return {**settings, "passes": min(settings["passes"], 8), "photons": min(settings["photons"], 30000),
             "pilot_paths": 8192, "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0, "use_adaptive_sampling": False}

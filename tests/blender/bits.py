@@ -39,7 +39,7 @@ def describe():
     """(description, warnings) of the open file as the final render copies it."""
     from sluice import export
     from sluice.export.camera import export_camera, export_frame
-    from sluice.export.names import Names
+    from sluice.export.scene_names import Names
     depsgraph = bpy.context.evaluated_depsgraph_get()
     context = export.Context(Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds))
     camera = bpy.context.scene.camera.evaluated_get(depsgraph)

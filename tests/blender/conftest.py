@@ -17,19 +17,6 @@ if not INSIDE:
     collect_ignore_glob = ["test_[!o]*.py", "test_o[!u]*.py"]
 
 
-def geometry_tree():
-    """(tree, its input node, its output node): geometry nodes that take a geometry and give one."""
-    import bpy
-    tree = bpy.data.node_groups.new("Tree", 'GeometryNodeTree')
-    if hasattr(tree, "interface"):
-        for side in ('INPUT', 'OUTPUT'):
-            tree.interface.new_socket("Geometry", in_out=side, socket_type='NodeSocketGeometry')
-    else:
-        tree.inputs.new('NodeSocketGeometry', "Geometry")
-        tree.outputs.new('NodeSocketGeometry', "Geometry")
-    return tree, tree.nodes.new('NodeGroupInput'), tree.nodes.new('NodeGroupOutput')
-
-
 @pytest.fixture(autouse=INSIDE)
 def empty_file():
     """Each test starts in an empty file with the add-on's engine."""
@@ -108,7 +95,7 @@ def export_now():
     import bpy
     from sluice import export
     from sluice.export.camera import export_frame
-    from sluice.export.names import Names
+    from sluice.export.scene_names import Names
 
     def run():
         depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -128,5 +115,70 @@ def launch(tmp_path):
         environment = dict(os.environ, SLUICE_CORE=str(core))
         command = [bpy.app.binary_path, "--factory-startup", "-Y", "-b", "--addons", "sluice", *map(str, args)]
         return subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+@pytest.fixture
+def edited_scene(camera, new_object, cube_mesh):
+    """A small scene with one edit, and quick settings."""
+    import bpy
+    scene = bpy.context.scene
+    new_object("Cube", cube_mesh())
+    bpy.ops.sluice.add_edit(expression="LS+")
+    scene.sluice.passes, scene.sluice.photons = 3, 1000
+    scene.render.resolution_x, scene.render.resolution_y = 40, 30
+    scene.frame_end = 2
+    return scene
+
+
+@pytest.fixture
+def room(core, camera, new_object, cube_mesh):
+    """A floor under a lamp with a glass ball, an edit that moves direct light aside; small and quick."""
+    import bpy
+    from mathutils import Matrix
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.name = "Floor"
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.4, location=(-0.8, 0, 0.6))
+    ball = bpy.context.object
+    ball.name = "Ball"
+    ball.data.polygons.foreach_set("use_smooth", [True] * len(ball.data.polygons))
+    glass = bpy.data.materials.new("Glass")
+    glass.use_nodes = True
+    glass.node_tree.nodes.clear()
+    shader, out = glass.node_tree.nodes.new('ShaderNodeBsdfGlass'), glass.node_tree.nodes.new('ShaderNodeOutputMaterial')
+    shader.inputs["Roughness"].default_value = 0
+    glass.node_tree.links.new(shader.outputs[0], out.inputs["Surface"])
+    ball.data.materials.append(glass)
+    lamp = bpy.data.lights.new("Lamp", 'POINT')
+    lamp.energy, lamp.shadow_soft_size = 100, 0.05
+    new_object("Lamp", lamp, Matrix.Translation((0, 0, 3)))
+    entry, exit_ = new_object("Entry"), new_object("Exit")
+    entry.sluice.role, exit_.sluice.role = 'ENTRY', 'EXIT'
+    entry.sluice.expression, exit_.sluice.entry = "L", entry
+    entry.matrix_world = Matrix.Translation((0.5, -0.8, 0)) @ Matrix.Scale(0.3, 4)
+    exit_.matrix_world = Matrix.Translation((0.5, 0.8, 0)) @ Matrix.Scale(0.3, 4)
+    scene.sluice.passes, scene.sluice.photons = 4, 20000
+    scene.render.resolution_x, scene.render.resolution_y = 48, 36
+    scene.view_settings.view_transform = 'Standard'
+    return scene
+
+
+@pytest.fixture
+def picture(room, tmp_path):
+    """picture(): {pass.channel: (h, w)} of an F12, and the film's hash from the file's header."""
+    import bpy
+    from blender_scenes import channels, oiiotool, write_layers
+
+    def run(name="image"):
+        path = tmp_path / f"{name}.exr"
+        write_layers(room)
+        room.render.filepath = str(path)
+        bpy.ops.render.render(write_still=True)
+        header = oiiotool("--info", "-v", path)
+        found = {key.split(".", 1)[1]: pixels for key, pixels in channels(path).items()}
+        found["hash"] = header.split('Sluice film hash: "')[1].split('"')[0]
+        return found
 
     return run

@@ -3,25 +3,7 @@
 import numpy as np
 import pytest
 from sluice import compat
-
-
-class _Rect:
-    """Pass.rect: wants (N, channels) up to 4.0, flat from 4.1."""
-
-    def __init__(self, flat, count, channels):
-        self.flat, self.size, self.stored = flat, count * channels, None
-        self.shape = (count * channels,) if flat or channels == 1 else (count, channels)
-
-    def foreach_set(self, array):
-        if array.shape != self.shape and array.ndim != 1 or (not self.flat and len(self.shape) == 2 and array.ndim == 1):
-            raise TypeError("Array length mismatch")
-        assert array.dtype == np.float32 and array.flags.c_contiguous and array.size == self.size
-        self.stored = np.array(array).ravel()
-
-
-class _Pass:
-    def __init__(self, flat, channels, name="P"):
-        self.name, self.channels, self.rect = name, channels, _Rect(flat, 6, channels)
+from stand_ins import Pass
 
 
 @pytest.mark.parametrize("flat", [True, False])
@@ -29,14 +11,14 @@ class _Pass:
 def test_pass_rects(flat, channels):
     pixels = np.random.default_rng(0).random((2, 3, channels))
     for given in (pixels, np.asfortranarray(pixels), pixels[::-1][::-1].astype(np.float32)):
-        target = _Pass(flat, channels)
+        target = Pass(flat, channels)
         compat.set_pass_rect(target, given)
         np.testing.assert_array_equal(target.rect.stored, pixels.astype(np.float32).ravel())
 
 
 def test_wrong_channel_counts_are_refused():
     with pytest.raises(ValueError, match="4 channels, not 3"):
-        compat.set_pass_rect(_Pass(False, 4), np.zeros((2, 3, 3)))
+        compat.set_pass_rect(Pass(False, 4), np.zeros((2, 3, 3)))
 
 
 class _Values:

@@ -248,9 +248,9 @@ def test_a_full_copy_renders_its_own(make_shelf, export_now):
     make_shelf()
     bpy.ops.scene.new(type='FULL_COPY')
     _update()
-    from sluice import names
+    from sluice import expression_names
     description, _warnings = export_now()
     borne = {name for item in (*description["instances"], *description["lights"]) for name in item["names"]}
     borne |= {description["world"]["name"]} | {edit["entry"]["name"] for edit in description["edits"]}
     edit, = description["edits"]
-    assert names.names_in(edit["expression"]) <= borne and len(edit["exits"]) == 1
+    assert expression_names.names_in(edit["expression"]) <= borne and len(edit["exits"]) == 1

@@ -6,56 +6,8 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from test_final import _channels, write_layers
 
 PARTS = ("Direct", "Caustics", "Edited", "Indirect", "Emission")
-
-
-@pytest.fixture
-def room(core, camera, new_object, cube_mesh):
-    """A floor under a lamp with a glass ball, an edit that moves direct light aside; small and quick."""
-    scene = bpy.context.scene
-    bpy.ops.mesh.primitive_plane_add(size=4)
-    bpy.context.object.name = "Floor"
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.4, location=(-0.8, 0, 0.6))
-    ball = bpy.context.object
-    ball.name = "Ball"
-    ball.data.polygons.foreach_set("use_smooth", [True] * len(ball.data.polygons))
-    glass = bpy.data.materials.new("Glass")
-    glass.use_nodes = True
-    glass.node_tree.nodes.clear()
-    shader, out = glass.node_tree.nodes.new('ShaderNodeBsdfGlass'), glass.node_tree.nodes.new('ShaderNodeOutputMaterial')
-    shader.inputs["Roughness"].default_value = 0
-    glass.node_tree.links.new(shader.outputs[0], out.inputs["Surface"])
-    ball.data.materials.append(glass)
-    lamp = bpy.data.lights.new("Lamp", 'POINT')
-    lamp.energy, lamp.shadow_soft_size = 100, 0.05
-    new_object("Lamp", lamp, Matrix.Translation((0, 0, 3)))
-    entry, exit_ = new_object("Entry"), new_object("Exit")
-    entry.sluice.role, exit_.sluice.role = 'ENTRY', 'EXIT'
-    entry.sluice.expression, exit_.sluice.entry = "L", entry
-    entry.matrix_world = Matrix.Translation((0.5, -0.8, 0)) @ Matrix.Scale(0.3, 4)
-    exit_.matrix_world = Matrix.Translation((0.5, 0.8, 0)) @ Matrix.Scale(0.3, 4)
-    scene.sluice.passes, scene.sluice.photons = 4, 20000
-    scene.render.resolution_x, scene.render.resolution_y = 48, 36
-    scene.view_settings.view_transform = 'Standard'
-    return scene
-
-
-@pytest.fixture
-def picture(room, tmp_path):
-    """picture(): {pass.channel: (h, w)} of an F12, and the film's hash from the file's header."""
-    def run(name="image"):
-        from test_final import _tool
-        path = tmp_path / f"{name}.exr"
-        write_layers(room)
-        room.render.filepath = str(path)
-        bpy.ops.render.render(write_still=True)
-        header = _tool("--info", "-v", path)
-        found = {key.split(".", 1)[1]: pixels for key, pixels in _channels(path).items()}
-        found["hash"] = header.split('Sluice film hash: "')[1].split('"')[0]
-        return found
-    return run
 
 
 def test_f12_shows_a_lit_scene(picture):

@@ -45,9 +45,9 @@ def test_solo_keeps_what_was_enabled(entries, export_now):
 
 
 def test_the_row_follows_the_selection(entries):
-    from sluice import edit_list
+    from sluice import model
     manager = bpy.context.window_manager
-    assert [item.name for item in edit_list.entries_of(bpy.context.scene)] == ["First", "Second", "Third"]
+    assert [item.name for item in model.entries_of(bpy.context.scene)] == ["First", "Second", "Third"]
     manager.sluice_edit_row = bpy.data.objects.find("Second")
     assert bpy.context.object == entries[1] and entries[1].select_get()
     bpy.context.view_layer.objects.active = bpy.data.objects["Third Exit"]
@@ -55,8 +55,8 @@ def test_the_row_follows_the_selection(entries):
 
 
 def _exits(name):
-    from sluice import operators
-    return operators.exits_of(bpy.data.objects[name])
+    from sluice import model
+    return model.exits_of(bpy.data.objects[name])
 
 
 @pytest.mark.parametrize("action", ['MOVE', 'COPY', 'RECOLOUR', 'DIM', 'REMOVE'])
@@ -147,9 +147,9 @@ class _Session:
 
 
 def _told(**row):
-    from sluice import statistics
-    statistics.remember(_Session(**row))
-    return " / ".join(text for text, _icon in statistics.lines(statistics.of("First"))), statistics
+    from sluice import edit_statistics
+    edit_statistics.remember(_Session(**row))
+    return " / ".join(text for text, _icon in edit_statistics.lines(edit_statistics.of("First"))), edit_statistics
 
 
 def test_figures_in_words():
@@ -203,7 +203,7 @@ def test_light_that_arrived_becomes_the_expression(entries):
 def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp_path):
     """F12 with the real core: an entry in the light of a lamp, one that finds nothing, in panel and file header."""
     from mathutils import Matrix
-    from sluice import statistics
+    from sluice import edit_statistics
     new_object("Floor", cube_mesh(), Matrix.Translation((0, 0, -1)))
     new_object("Lamp", bpy.data.lights.new("Lamp", 'POINT'), Matrix.Translation((0, 0, 2)))
     entries[1].sluice.expression, entries[0].sluice.expression = "LS'Floor'S+", "L"
@@ -215,7 +215,7 @@ def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp
     scene.render.resolution_x = scene.render.resolution_y = 16
     scene.render.image_settings.file_format, scene.render.filepath = 'OPEN_EXR', str(tmp_path / "out.exr")
     bpy.ops.render.render(write_still=True)
-    first, second, third = (statistics.of(item.name) for item in entries)
+    first, second, third = (edit_statistics.of(item.name) for item in entries)
     assert 0 < first.taken <= 1 and 0 <= first.share < 1 and first.seconds > 0
     assert first.matched > 100 and first.power_in > 0 and first.arrivals[0][0] == "L'Lamp'"
     assert third is None  # it did not act
@@ -223,8 +223,8 @@ def test_a_render_leaves_its_figures(entries, camera, cube_mesh, new_object, tmp
     header = (tmp_path / "out.exr").read_bytes()
     entries[1].sluice.enabled = False
     bpy.ops.render.render()
-    assert statistics.of("First") is not None and statistics.of("Second") is None  # of a render before
-    assert b"Sluice edit First" in header and statistics.stamp(second).encode() in header
+    assert edit_statistics.of("First") is not None and edit_statistics.of("Second") is None  # of a render before
+    assert b"Sluice edit First" in header and edit_statistics.stamp(second).encode() in header
 
 
 def test_what_arrives_at_a_place(cube_mesh, new_object):

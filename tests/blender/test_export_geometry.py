@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from conftest import geometry_tree
+from blender_scenes import geometry_tree
 from mathutils import Matrix
 
 

@@ -225,7 +225,7 @@ class _Object:
 
 
 def test_names_without_blender():
-    from sluice.export.names import Names
+    from sluice.export.scene_names import Names
     egg, floor, maker = _Object("Egg"), _Object("Floor"), _Object("Maker")
     glass = _Collection("Glass", [egg])
     table = _Collection("Table", [egg, floor], [glass])
@@ -248,10 +248,10 @@ def test_two_of_one_name_are_told_apart(tmp_path, new_object, cube_mesh, export_
     assert _names_of_eggs(export_now()) == [["Egg", "Egg [shelf.blend]"]]
     new_object("Egg", cube_mesh())
     assert _names_of_eggs(export_now()) == [["Egg"], ["Egg [shelf.blend]"]]
-    from sluice import names, presets
+    from sluice import expression_names, presets
     labels = [item[0] for item in presets._nouns(None, bpy.context)]
     assert "S:Egg" in labels and "S:Egg [shelf.blend]" in labels
-    assert names.names_in("S" + names.quoted(["Egg [shelf.blend]"])) == {"Egg [shelf.blend]"}
+    assert expression_names.names_in("S" + expression_names.quoted(["Egg [shelf.blend]"])) == {"Egg [shelf.blend]"}
 
 
 def _names_of_eggs(exported):
@@ -261,7 +261,7 @@ def _names_of_eggs(exported):
 
 def test_a_cancel_stops_the_copy(new_object, cube_mesh):
     from sluice import export
-    from sluice.export.names import Names
+    from sluice.export.scene_names import Names
     new_object("Cube", cube_mesh())
     context = export.Context(Names(), cancelled=lambda: True)
     with pytest.raises(export.Cancelled):

@@ -1,23 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The final render's protocol with Blender, with a stand-in core: what a failure does, what is written, what is said."""
-import re
 import subprocess
 
 import bpy
 import numpy as np
 import pytest
-
-
-@pytest.fixture
-def edited_scene(camera, new_object, cube_mesh):
-    """A small scene with one edit, and quick settings."""
-    scene = bpy.context.scene
-    new_object("Cube", cube_mesh())
-    bpy.ops.sluice.add_edit(expression="LS+")
-    scene.sluice.passes, scene.sluice.photons = 3, 1000
-    scene.render.resolution_x, scene.render.resolution_y = 40, 30
-    scene.frame_end = 2
-    return scene
+from blender_scenes import channels, compositor_of, oiiotool, save, write_layers
+from stand_ins import Engine, job_of_engine
 
 
 @pytest.fixture
@@ -32,47 +21,13 @@ def rendered(edited_scene, fake_core, tmp_path):
     return run
 
 
-def _save(tmp_path, name="scene"):
-    path = tmp_path / f"{name}.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
-
-
-def write_layers(scene):
-    """Multilayer EXR of full floats. From 5.0 the kind of medium is chosen first, and layers are parts."""
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = 'MULTI_LAYER_IMAGE'
-    settings.file_format, settings.color_depth = 'OPEN_EXR_MULTILAYER', '32'
-    if hasattr(settings, "use_exr_interleave"):
-        settings.use_exr_interleave = True  # all layers in one part, as it was before
-
-
-def _tool(*args):
-    return subprocess.run(["oiiotool", *map(str, args)], capture_output=True, text=True, check=True).stdout
-
-
-def _channels(path):
-    """{'ViewLayer.Depth.Z': (h, w)} of an EXR file, row 0 at the bottom, read by OpenImageIO's own tool."""
-    names = re.search(r"channel list: (.*)", _tool("--info", "-v", path)).group(1).split(", ")
-    lines = _tool("--dumpdata", path).splitlines()
-    found = [re.match(r"\s*Pixel \((\d+), (\d+)\): (.*)", line) for line in lines]
-    cells = [(int(m[1]), int(m[2]), [float(number) for number in m[3].split()]) for m in found if m]
-    x0, y0 = min(cell[0] for cell in cells), min(cell[1] for cell in cells)
-    width, height = max(cell[0] for cell in cells) - x0 + 1, max(cell[1] for cell in cells) - y0 + 1
-    pixels = np.zeros((height, width, len(names)))
-    for x, y, values in cells:
-        pixels[y - y0, x - x0] = values
-    return {name: pixels[::-1, :, index] for index, name in enumerate(names)}
-
-
 # --- failures ----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("how", ["-f 1", "-a"])
 def test_an_expression_error_stops_the_render(edited_scene, launch, tmp_path, how):
     bpy.data.objects["Light Edit"].sluice.expression = "L(S"
-    done = launch(_save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split())
+    done = launch(save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split())
     assert done.returncode != 0
     assert "sluice: error: Light Edit: column 4: a parenthesis is open; write )\n" in done.stderr
     assert not list(tmp_path.rglob("frame_*"))
@@ -82,7 +37,7 @@ def test_an_expression_error_stops_the_render(edited_scene, launch, tmp_path, ho
 def test_warnings_let_the_render_go_on(edited_scene, launch, tmp_path, how):
     edited_scene.objects["Light Edit"].scale = (0, 1, 1)
     edited_scene.objects["Light Edit Exit"].sluice.entry = None
-    done = launch(_save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split())
+    done = launch(save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split())
     assert done.returncode == 0
     for item in ("Light Edit: the quad has no area; the edit is off", "Light Edit Exit: this exit has no entry"):
         assert f"sluice: warning: {item}" in done.stderr
@@ -94,26 +49,26 @@ def test_a_failure_keeps_the_warnings(edited_scene, launch, tmp_path):
     """They may say why."""
     edited_scene.objects["Light Edit"].scale = (0, 1, 1)
     edited_scene.objects["Light Edit"].sluice.expression = "L(S"
-    done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
+    done = launch(save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
     assert done.returncode != 0 and "sluice: error: Light Edit: column 4" in done.stderr
     assert "sluice: warning: Light Edit: the quad has no area" in done.stderr
 
 
 def test_no_camera_is_blenders_own_error(edited_scene, launch, tmp_path):
     edited_scene.camera = None
-    done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
+    done = launch(save(tmp_path), "-o", tmp_path / "frame_", "-f", 1)
     assert done.returncode != 0 and "no camera" in done.stdout and not list(tmp_path.glob("frame_*"))
 
 
 def test_no_core_is_one_sentence(edited_scene, launch, tmp_path):
-    done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1, core=tmp_path)
+    done = launch(save(tmp_path), "-o", tmp_path / "frame_", "-f", 1, core=tmp_path)
     assert done.returncode != 0 and "core is not built" in done.stderr and not list(tmp_path.glob("frame_*"))
 
 
 @pytest.mark.parametrize("content, sentence", [("__version__ = '9.9.9'", "is version 9.9.9"), ("import nowhere", "does not load")])
 def test_a_core_that_does_not_fit_is_one_sentence(edited_scene, launch, tmp_path, content, sentence):
     (tmp_path / "sluice_core.py").write_text(content)
-    done = launch(_save(tmp_path), "-o", tmp_path / "frame_", "-f", 1, core=tmp_path)
+    done = launch(save(tmp_path), "-o", tmp_path / "frame_", "-f", 1, core=tmp_path)
     assert done.returncode != 0 and sentence in done.stderr and not list(tmp_path.glob("frame_*"))
 
 
@@ -157,7 +112,7 @@ def test_an_error_in_one_view_layer_is_an_error(edited_scene, fake_core, tmp_pat
 
 def test_every_pass_reaches_the_file(rendered):
     from sluice.passes import PASSES
-    found = _channels(rendered())
+    found = channels(rendered())
     expected = {f"ViewLayer.{item.name}.{channel}" for item in PASSES for channel in item.channels}
     assert set(found) == expected
     rows, columns = np.mgrid[0:30, 0:40]
@@ -172,23 +127,15 @@ def test_every_pass_reaches_the_file(rendered):
 
 def test_the_header_tells_what_made_the_image(rendered, edited_scene):
     edited_scene.sluice.seed = 7
-    header = _tool("--info", "-v", rendered())
+    header = oiiotool("--info", "-v", rendered())
     for line in ('Sluice seed: "7"', 'Sluice passes: "3"', 'Sluice photons: "3000"', 'Sluice stop: "passes"',
                  'Sluice film hash: "0123456789abcdef"', 'Sluice version: "0.1.0"', 'Sluice frame: "1"', 'Sluice warnings: "0"'):
         assert line in header
 
 
-def _compositor(scene):
-    if hasattr(scene, "compositing_node_group"):  # 5.0
-        scene.compositing_node_group = bpy.data.node_groups.new("Compositor", 'CompositorNodeTree')
-        return scene.compositing_node_group
-    scene.use_nodes = True
-    return scene.node_tree
-
-
 def test_the_compositor_has_a_socket_for_every_pass(edited_scene, fake_core):
     from sluice.passes import PASSES
-    node = _compositor(edited_scene).nodes.new('CompositorNodeRLayers')
+    node = compositor_of(edited_scene).nodes.new('CompositorNodeRLayers')
     node.scene = edited_scene
     bpy.context.view_layer.update()
     names = {socket.name for socket in node.outputs if socket.enabled}
@@ -198,10 +145,10 @@ def test_the_compositor_has_a_socket_for_every_pass(edited_scene, fake_core):
 @pytest.mark.parametrize("crop", [False, True])
 def test_a_border_is_the_crop_of_the_full_frame(rendered, edited_scene, crop):
     render = edited_scene.render
-    full = _channels(rendered("full"))
+    full = channels(rendered("full"))
     render.use_border, render.use_crop_to_border = True, crop
     render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.21, 0.68, 0.13, 0.9
-    part = _channels(rendered("part"))
+    part = channels(rendered("part"))
     x0, x1, y0, y1 = int(0.21 * 40), int(0.68 * 40), int(0.13 * 30), int(0.9 * 30)
     for name, pixels in part.items():
         inside = pixels if crop else pixels[y0:y1, x0:x1]
@@ -211,7 +158,7 @@ def test_a_border_is_the_crop_of_the_full_frame(rendered, edited_scene, crop):
 @pytest.mark.parametrize("percentage", [50, 33])
 def test_resolution_percentage(rendered, edited_scene, percentage):
     edited_scene.render.resolution_percentage = percentage
-    depth = _channels(rendered())["ViewLayer.Depth.Z"]
+    depth = channels(rendered())["ViewLayer.Depth.Z"]
     assert depth.shape == (30 * percentage // 100, 40 * percentage // 100)
 
 
@@ -247,58 +194,12 @@ def test_the_camera_may_be_overridden_by_a_marker(edited_scene, fake_core, new_o
 # --- stopping ----------------------------------------------------------------------------------------------------------------
 
 
-class _Engine:
-    """What final.py asks of Blender's engine, with an Esc after some polls."""
-
-    resolution_x, resolution_y, is_preview, camera_override = 4, 3, False, None
-
-    def __init__(self, escape_after=None):
-        self.polls, self.escape_after, self.said, self.results = 0, escape_after, [], []
-
-    def test_break(self):
-        self.polls += 1
-        return self.escape_after is not None and self.polls > self.escape_after
-
-    def begin_result(self, *_args, layer):
-        from types import SimpleNamespace as Made
-
-        import sluice.passes
-        from test_compat import _Pass
-
-        passes = []
-        for item in sluice.passes.PASSES:
-            found = _Pass(True, len(item.channels), item.name)
-            found.rect.size, found.rect.shape = 12 * len(item.channels), (12 * len(item.channels),)
-            passes.append(found)
-        result = Made(resolution_x=4, resolution_y=3, layers=[Made(passes=passes)], stamp_data_add_field=lambda *_pair: None)
-        self.results.append(result)
-        return result
-
-    def get_result(self):
-        return self.results[-1]
-
-    def end_result(self, result):
-        self.said.append(("end", result))
-
-    def report(self, kind, message):
-        self.said.append((kind, message))
-
-    def __getattr__(self, _name):
-        return lambda *_args, **_named: None
-
-
-def _job():
-    from sluice.final import Job
-    frame = {"x0": 0, "y0": 0, "x1": 4, "y1": 3, "width": 4, "height": 3}
-    return Job("Layer", {"frame": frame, "edits": []}, {"passes": 100000, "photons": 1000, "time_limit": 0, "seed": 0, "frame": 1})
-
-
 def test_esc_keeps_the_partial_image_and_is_quick(fake_core):
     import time
 
     from sluice import final
-    engine = _Engine(escape_after=2)
-    engine.job = _job()
+    engine = Engine(escape_after=2)
+    engine.job = job_of_engine()
     begin = time.monotonic()
     final.render(engine)
     assert time.monotonic() - begin < 0.5
@@ -315,7 +216,7 @@ def test_an_interrupt_in_background_writes_nothing(edited_scene, tmp_path):
 
     from conftest import HERE
     edited_scene.sluice.passes = 10**7
-    command = [bpy.app.binary_path, "--factory-startup", "-b", "--addons", "sluice", _save(tmp_path), "-o", tmp_path / "frame_", "-f", "1"]
+    command = [bpy.app.binary_path, "--factory-startup", "-b", "--addons", "sluice", save(tmp_path), "-o", tmp_path / "frame_", "-f", "1"]
     blender = subprocess.Popen([str(part) for part in command], env=dict(os.environ, SLUICE_CORE=str(HERE / "fakes")),
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = next((line for line in blender.stdout if "Pass" in line), "")  # it renders
@@ -328,8 +229,8 @@ def test_an_interrupt_in_background_writes_nothing(edited_scene, tmp_path):
 
 def test_esc_before_the_first_image_ends_without_one(fake_core):
     from sluice import final
-    engine = _Engine(escape_after=0)
-    engine.job = _job()
+    engine = Engine(escape_after=0)
+    engine.job = job_of_engine()
     engine.job.settings["photons"] = 10**9  # one pass takes 10 s
     final.render(engine)
     assert engine.said == []
@@ -337,7 +238,7 @@ def test_esc_before_the_first_image_ends_without_one(fake_core):
 
 def test_esc_while_the_scene_is_copied(edited_scene, fake_core):
     from sluice import final
-    engine = _Engine(escape_after=0)
+    engine = Engine(escape_after=0)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     final.update(engine, bpy.data, depsgraph)
     assert engine.job.cancelled
@@ -347,8 +248,8 @@ def test_esc_while_the_scene_is_copied(edited_scene, fake_core):
 
 def test_the_time_limit_is_told(fake_core, capsys):
     from sluice import final
-    engine = _Engine()
-    engine.job = _job()
+    engine = Engine()
+    engine.job = job_of_engine()
     engine.job.settings["time_limit"] = 0.05
     final.render(engine)
     assert any(said[0] == {'INFO'} and "time limit" in said[1] for said in engine.said)
@@ -357,8 +258,8 @@ def test_the_time_limit_is_told(fake_core, capsys):
 
 def test_previews_are_quiet_and_small(fake_core, capsys):
     from sluice import final
-    engine = _Engine()
-    engine.is_preview, engine.job = True, _job()
+    engine = Engine()
+    engine.is_preview, engine.job = True, job_of_engine()
     engine.job.failure = final.Failure("no")
     final.render(engine)
     assert engine.said == [] and capsys.readouterr().err == ""
@@ -367,7 +268,7 @@ def test_previews_are_quiet_and_small(fake_core, capsys):
 def test_sessions_are_stopped_by_unregister(fake_core):
     from sluice import core
     session = core.new_session()
-    session.start(_job().description, _job().settings)
+    session.start(job_of_engine().description, job_of_engine().settings)
     core.stop_all()
     assert session.progress()["state"] == 'cancelled'
     core.stop_all()

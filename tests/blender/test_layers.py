@@ -3,8 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from test_core import picture, room  # noqa: F401  (fixtures)
-from test_final import _compositor, _save, edited_scene  # noqa: F401
+from blender_scenes import compositor_of, save
 
 
 def add(name, expression="L.*E"):
@@ -54,8 +53,8 @@ def test_the_list():
     assert not settings.layers and settings.active_layer == 0
 
 
-def test_sockets_follow_the_list(edited_scene, fake_core):  # noqa: F811
-    node = _compositor(edited_scene).nodes.new('CompositorNodeRLayers')
+def test_sockets_follow_the_list(edited_scene, fake_core):
+    node = compositor_of(edited_scene).nodes.new('CompositorNodeRLayers')
     node.scene = edited_scene
 
     def sockets():
@@ -70,7 +69,7 @@ def test_sockets_follow_the_list(edited_scene, fake_core):  # noqa: F811
     assert "Fill" not in sockets()
 
 
-def test_only_their_own_view_layer_has_them(edited_scene, fake_core, monkeypatch):  # noqa: F811
+def test_only_their_own_view_layer_has_them(edited_scene, fake_core, monkeypatch):
     seen, start = [], fake_core.Session.start
 
     def note(session, description, settings):
@@ -84,7 +83,7 @@ def test_only_their_own_view_layer_has_them(edited_scene, fake_core, monkeypatch
     assert seen == [[{"name": "Key", "expression": "L'Key'.*E"}], [{"name": "Other", "expression": "L.*E"}]]
 
 
-def test_the_view_shows_none(edited_scene, fake_core):  # noqa: F811
+def test_the_view_shows_none(edited_scene, fake_core):
     from types import SimpleNamespace
 
     from sluice import viewport
@@ -97,7 +96,7 @@ def test_the_view_shows_none(edited_scene, fake_core):  # noqa: F811
 # --- with the real core --------------------------------------------------------------------------------------------------------------
 
 
-def test_layers_are_in_the_file_and_sum_to_the_picture(room, picture):  # noqa: F811
+def test_layers_are_in_the_file_and_sum_to_the_picture(room, picture):
     plain = picture("plain")
     for name, expression in {"Untouched": "L!F*E", "Moved by Entry": "L.*F'Entry'.*E", "Through the ball": "L.*S'Ball'.*E"}.items():
         add(name, expression)
@@ -111,15 +110,15 @@ def test_layers_are_in_the_file_and_sum_to_the_picture(room, picture):  # noqa: 
 
 
 @pytest.mark.parametrize("how", ["-f 1", "-a"])
-def test_a_bad_expression_stops_the_render(room, core, launch, tmp_path, how):  # noqa: F811
+def test_a_bad_expression_stops_the_render(room, core, launch, tmp_path, how):
     add("Good"), add("Half", "L.*D")
     room.frame_end = 1
-    done = launch(_save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split(), core=core.__file__)
+    done = launch(save(tmp_path), "-o", tmp_path / "out" / "frame_", "-F", "PNG", *how.split(), core=core.__file__)
     assert done.returncode != 0 and "sluice: error: layer 'Half': column 4: " in done.stderr and "write E last" in done.stderr
     assert not list(tmp_path.rglob("frame_*"))
 
 
-def test_an_unknown_name_is_said(room, core, capfd):  # noqa: F811
+def test_an_unknown_name_is_said(room, core, capfd):
     add("Moved", "L.*F'Entri'.*E")
     bpy.ops.render.render()
     assert "sluice: warning: layer 'Moved': no edit or collection is named 'Entri'; the nearest name is 'Entry'" in capfd.readouterr().err

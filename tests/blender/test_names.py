@@ -129,11 +129,11 @@ def lit(new_object, camera):
     entry.sluice.role, out.sluice.role, out.sluice.entry = 'ENTRY', 'EXIT', entry
 
     def render(scene, expression=None):
-        from sluice import statistics
+        from sluice import edit_statistics
         entry, = (item for item in scene.objects if item.sluice.role == 'ENTRY')
         entry.sluice.expression = expression or entry.sluice.expression
         bpy.ops.render.render(scene=scene.name)
-        return statistics.of(entry.name_full).power_in
+        return edit_statistics.of(entry.name_full).power_in
 
     return render
 
@@ -287,13 +287,13 @@ class _Layout:
 @pytest.fixture
 def drawn(monkeypatch):
     """drawn(entry): (is the field red, what is said in red) of its expression in its panel."""
-    from sluice import edit_panels
-    monkeypatch.setattr(edit_panels, "sentence", lambda layout, _region, text, _icon: layout.label(text))
+    from sluice import interface
+    monkeypatch.setattr(interface, "sentence", lambda layout, _region, text, _icon: layout.label(text))
 
     def draw(entry):
         layout = _Layout()
         bpy.context.view_layer.update()
-        edit_panels.draw_checked(layout, None, entry.sluice)
+        interface.draw_expression(layout, None, entry.sluice)
         field, = (part for part in layout.all() if "expression" in part.fields)
         return field.alert, "".join(part.sentence for part in layout.all() if part.alert)
 

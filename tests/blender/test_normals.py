@@ -5,27 +5,12 @@ import math
 import bpy
 import numpy as np
 import pytest
+from blender_scenes import auto_smooth, made_by, modified, smooth, sphere
 from mathutils import Matrix
 
 
-def _smooth(item, flags=True):
-    count = len(item.data.polygons)
-    item.data.polygons.foreach_set("use_smooth", np.resize(flags, count))
-    item.data.update()
-    return item
-
-
-def _active(operator, **settings):
-    operator(**settings)
-    return bpy.context.object
-
-
-def _sphere(**settings):
-    return _smooth(_active(bpy.ops.mesh.primitive_uv_sphere_add, **settings))
-
-
 def _monkey():
-    return _smooth(_active(bpy.ops.mesh.primitive_monkey_add))
+    return smooth(made_by(bpy.ops.mesh.primitive_monkey_add))
 
 
 def _moved(item, move):
@@ -37,7 +22,7 @@ def _moved(item, move):
 
 def _bent():
     random = np.random.default_rng(3)
-    grid = _smooth(_active(bpy.ops.mesh.primitive_grid_add, x_subdivisions=12, y_subdivisions=9))
+    grid = smooth(made_by(bpy.ops.mesh.primitive_grid_add, x_subdivisions=12, y_subdivisions=9))
     return _moved(grid, lambda _number, p: (p.x, p.y, 0.2 * random.random()))
 
 
@@ -46,7 +31,7 @@ def _from_faces(positions, faces):
     mesh.from_pydata(positions, [], faces)
     item = bpy.data.objects.new("Faces", mesh)
     bpy.context.scene.collection.objects.link(item)
-    return _smooth(item)
+    return smooth(item)
 
 
 def _hollow_ngon():
@@ -82,29 +67,16 @@ def _loose():
 
 
 def _sharp(auto=None):
-    item = _smooth(_active(bpy.ops.mesh.primitive_cylinder_add, vertices=24))
+    item = smooth(made_by(bpy.ops.mesh.primitive_cylinder_add, vertices=24))
     for edge in list(item.data.edges)[::3]:
         edge.use_edge_sharp = True
-    return _auto(item, auto) if auto is not None else item
-
-
-def _auto(item, angle):
-    if hasattr(item.data, "use_auto_smooth"):
-        item.data.use_auto_smooth, item.data.auto_smooth_angle = True, angle
-    return item
+    return auto_smooth(item, auto) if auto is not None else item
 
 
 def _custom():
-    item = _auto(_monkey(), math.pi)
+    item = auto_smooth(_monkey(), math.pi)
     random = np.random.default_rng(5).normal(size=(len(item.data.vertices), 3))
     item.data.normals_split_custom_set_from_vertices((random / np.linalg.norm(random, axis=1)[:, None]).tolist())
-    return item
-
-
-def _modified(item, kind, **settings):
-    modifier = item.modifiers.new(kind, kind)
-    for name, value in settings.items():
-        setattr(modifier, name, value)
     return item
 
 
@@ -113,31 +85,31 @@ def _scaled(scale):
 
 
 def _text():
-    item = _active(bpy.ops.object.text_add)
+    item = made_by(bpy.ops.object.text_add)
     item.data.body, item.data.extrude, item.data.bevel_depth = "Sluice", 0.2, 0.02
     return item
 
 
 def _tube():
-    item = _active(bpy.ops.curve.primitive_bezier_circle_add)
+    item = made_by(bpy.ops.curve.primitive_bezier_circle_add)
     item.data.bevel_depth = 0.2
     return item
 
 
 KINDS = {
-    "sphere": _sphere, "monkey": _monkey, "flat": lambda: _smooth(_monkey(), False), "mixed": lambda: _smooth(_monkey(), [True, True, False]),
+    "sphere": sphere, "monkey": _monkey, "flat": lambda: smooth(_monkey(), False), "mixed": lambda: smooth(_monkey(), [True, True, False]),
     "bent quads": _bent, "hollow n-gon": _hollow_ngon, "no area": _without_area, "three at an edge": _three_at_an_edge,
-    "cylinder with n-gons": lambda: _smooth(_active(bpy.ops.mesh.primitive_cylinder_add, vertices=24)), "flipped": _flipped, "loose": _loose,
-    "sharp edges": _sharp, "sharp edges and angle": lambda: _sharp(0.5), "auto smooth": lambda: _auto(_monkey(), 0.5), "custom": _custom,
+    "cylinder with n-gons": lambda: smooth(made_by(bpy.ops.mesh.primitive_cylinder_add, vertices=24)), "flipped": _flipped, "loose": _loose,
+    "sharp edges": _sharp, "sharp edges and angle": lambda: _sharp(0.5), "auto smooth": lambda: auto_smooth(_monkey(), 0.5), "custom": _custom,
     "1e6 m": lambda: _scaled(1e6), "1 mm": lambda: _scaled(1e-3), "1 µm": lambda: _scaled(1e-6),
-    "subdivision": lambda: _modified(_monkey(), 'SUBSURF', levels=2, render_levels=2), "multiresolution": lambda: _modified(_monkey(), 'MULTIRES'),
-    "hard bevel": lambda: _modified(_auto(_monkey(), math.pi), 'BEVEL', harden_normals=True, width=0.01),
-    "weighted": lambda: _modified(_auto(_monkey(), math.pi), 'WEIGHTED_NORMAL'), "solidify": lambda: _modified(_monkey(), 'SOLIDIFY', thickness=0.05),
-    "triangulate": lambda: _modified(_monkey(), 'TRIANGULATE'), "mirror": lambda: _modified(_monkey(), 'MIRROR'),
-    "remesh": lambda: _modified(_monkey(), 'REMESH', voxel_size=0.1, use_smooth_shade=True),
-    "decimate": lambda: _modified(_monkey(), 'DECIMATE', ratio=0.3),
-    "text": _text, "tube": _tube, "metaball": lambda: _active(bpy.ops.object.metaball_add),
-    "nurbs": lambda: _active(bpy.ops.surface.primitive_nurbs_surface_sphere_add),
+    "subdivision": lambda: modified(_monkey(), 'SUBSURF', levels=2, render_levels=2), "multiresolution": lambda: modified(_monkey(), 'MULTIRES'),
+    "hard bevel": lambda: modified(auto_smooth(_monkey(), math.pi), 'BEVEL', harden_normals=True, width=0.01),
+    "weighted": lambda: modified(auto_smooth(_monkey(), math.pi), 'WEIGHTED_NORMAL'), "solidify": lambda: modified(_monkey(), 'SOLIDIFY', thickness=0.05),
+    "triangulate": lambda: modified(_monkey(), 'TRIANGULATE'), "mirror": lambda: modified(_monkey(), 'MIRROR'),
+    "remesh": lambda: modified(_monkey(), 'REMESH', voxel_size=0.1, use_smooth_shade=True),
+    "decimate": lambda: modified(_monkey(), 'DECIMATE', ratio=0.3),
+    "text": _text, "tube": _tube, "metaball": lambda: made_by(bpy.ops.object.metaball_add),
+    "nurbs": lambda: made_by(bpy.ops.surface.primitive_nurbs_surface_sphere_add),
 }
 
 
@@ -172,8 +144,8 @@ def test_normals_are_blenders(core, export_now, kind):
 
 def test_the_core_makes_what_blender_makes_on_racing_threads(export_now):
     """Its own sums are not even read then."""
-    _sphere()
-    _auto(_sphere(), 0.5)
+    sphere()
+    auto_smooth(sphere(), 0.5)
     found = export_now()[0]["meshes"]
     if "corner_normals" in bpy.types.Mesh.bl_rna.properties:
         assert all(len(mesh["normals"]) and not mesh["polygons"] for mesh in found)

@@ -16,12 +16,12 @@ def _same_points(found, expected):
 @pytest.mark.parametrize("seed", range(20))
 def test_the_fitted_quad_is_the_rectangle(seed):
     """Points of a turned rectangle with points inside: the quad has its corners, its normal, and all points behind it."""
-    from sluice import placement
+    from sluice import quad_geometry
     random = np.random.default_rng(seed)
     turn = np.array(Matrix.Rotation(random.random() * 6, 3, Vector(random.normal(size=3))))
     half, centre = random.random(2) + (0.2, 1.2), random.normal(size=3)
     local = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), *((2 * random.random((30, 3)) - 1) * (1, 1, 0))]) * (*half, 1)
-    matrix = placement.fit_quad(local @ turn.T + centre, turn[:, 2])
+    matrix = quad_geometry.fit_quad(local @ turn.T + centre, turn[:, 2])
     corners = np.array([(matrix @ (x, y, 0, 1))[:3] for x in (-1, 1) for y in (-1, 1)])
     assert _same_points(corners, local[:4] @ turn.T + centre)
     np.testing.assert_allclose(matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), turn[:, 2], atol=1e-6)
@@ -29,16 +29,16 @@ def test_the_fitted_quad_is_the_rectangle(seed):
 
 
 def test_bumpy_faces_lie_behind_the_quad():
-    from sluice import placement
+    from sluice import quad_geometry
     points = np.array([(0, 0, 0.1), (1, 0, 0), (1, 1, 0.3), (0, 1, 0)])
-    matrix = placement.fit_quad(points, (0, 0, 1))
+    matrix = quad_geometry.fit_quad(points, (0, 0, 1))
     assert matrix[2, 3] == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize("points", [[(0, 0, 0)], [(0, 0, 0), (1, 0, 0)], [(1, 2, 3)] * 4])
 def test_degenerate_faces_still_give_a_quad_with_an_area(points):
-    from sluice import placement
-    matrix = placement.fit_quad(points, (0, 0, 0))
+    from sluice import quad_geometry
+    matrix = quad_geometry.fit_quad(points, (0, 0, 0))
     assert np.isfinite(matrix).all() and np.linalg.det(matrix[:3, :3]) > 0
 
 
@@ -58,8 +58,8 @@ def test_at_the_cursor():
 @pytest.mark.parametrize("expression, title", [("LS+", "Caustic"), ("L'World'", "Light from World"), ("L'Lamp'D*S'Egg'+", "Light by Egg"),
                                                ("L.*D'Wall,Red \\'A\\''", "Light by Red 'A'"), ("L.*D.S", "Light Edit"), ("L.*!D'Wall'", "Light Edit"), ("L'\u043b\u0430\u043c\u043f\u0430'", "Light from \u043b\u0430\u043c\u043f\u0430")])  # fmt: skip
 def test_called_by_what_it_takes(expression, title):
-    from sluice import kinds
-    assert kinds.title(expression) == title
+    from sluice import light_kinds
+    assert light_kinds.title(expression) == title
     bpy.ops.sluice.add_edit(expression=expression, name=title)
     assert (bpy.context.object.name, bpy.context.object.sluice.entry.name) == (f"{title} Exit", title)
 
@@ -117,7 +117,26 @@ def test_overlay_shapes(new_object):
     found = overlay.shapes([entry, exit_], bpy.context.scene)
     assert len(found.fills) == 2 and len(found.lines) == 4
     np.testing.assert_allclose(found.lines[-1][0], [centre, np.array(exit_.matrix_world)[:3, 3]])
-    assert found.fills[1][1][:3] == overlay.EXIT
+    assert found.fills[1][1][:3] == overlay.EXIT_COLOR
     exit_.sluice.tint = (0.1, 0.05, 0)  # fills the exit at full brightness; its border stays mauve
     found = overlay.shapes([entry, exit_], bpy.context.scene)
-    assert found.fills[1][1][:3] == pytest.approx((1, 0.735, 0), abs=1e-3) and found.lines[2][1][:3] == overlay.EXIT
+    assert found.fills[1][1][:3] == pytest.approx((1, 0.735, 0), abs=1e-3) and found.lines[2][1][:3] == overlay.EXIT_COLOR
+
+
+def test_a_further_exit_takes_over_every_setting():
+    """All that an exit has but what an entry has alone, its role, its order and its entry."""
+    from sluice.properties import EXIT_PROPERTIES
+    bpy.ops.sluice.add_edit()
+    first, image = bpy.context.object, bpy.data.images.new("Image", 4, 4)
+    rna = first.sluice.bl_rna.properties
+    of_entries = {"expression", "enabled", "repeat", "amount", "feather"}
+    assert set(EXIT_PROPERTIES) == set(rna.keys()) - of_entries - {"rna_type", "name", "role", "order", "entry"}
+    for name in EXIT_PROPERTIES:
+        value = {'FLOAT': 0.25, 'BOOLEAN': not getattr(first.sluice, name), 'POINTER': image}[rna[name].type]
+        setattr(first.sluice, name, (0.25, 0.5, 0.75) if name == "tint" else value)
+    bpy.ops.sluice.add_exit()
+    second = bpy.context.object
+    assert second != first
+    for name in EXIT_PROPERTIES:
+        old, new = getattr(first.sluice, name), getattr(second.sluice, name)
+        assert tuple(new) == tuple(old) if name == "tint" else new == old, name

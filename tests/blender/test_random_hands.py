@@ -104,7 +104,7 @@ def look(window, follow=False):
 
 @pytest.mark.parametrize("start", range(0, SEQUENCES, 10))
 def test_random_hands(start, new_object, cube_mesh, export_now, window):
-    from sluice import edit_list, edit_panels, names, operators, overlay, statistics
+    from sluice import checking, edit_statistics, expression_names, model, overlay
     met, seen = 0, 0
     for seed in range(start, start + 10):
         for name in ("Egg", "Wall"):
@@ -119,14 +119,14 @@ def test_random_hands(start, new_object, cube_mesh, export_now, window):
         description, _warnings = export_now()
         scene = bpy.context.scene
         met += len(description["edits"])
-        assert len(description["edits"]) == len(edit_list.entries_of(scene))
+        assert len(description["edits"]) == len(model.entries_of(scene))
         edits = [item for item in scene.objects if item.type == 'EMPTY' and item.sluice.role != 'NONE']
         assert len(overlay.shapes(edits, scene).fills) == len(edits)
         for item in edits:
-            edit_panels.check(item.sluice.expression, edit_panels.known_names(), "fr")
-            names.names_in(item.sluice.expression)
-            statistics.lines(statistics.of(item.name))
-            operators.exits_of(item)
+            checking.check(item.sluice.expression, checking.names_here(), "fr")
+            expression_names.names_in(item.sluice.expression)
+            edit_statistics.lines(edit_statistics.of(item.name))
+            model.exits_of(item)
         for item in list(bpy.data.objects):
             bpy.data.objects.remove(item)
         bpy.context.view_layer.update()

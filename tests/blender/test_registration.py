@@ -70,7 +70,7 @@ def test_imports_are_relative():
 
 def test_labels_have_their_french():
     """Every label of ours but those that Blender has itself, and no word that nothing uses."""
-    from sluice import operators, translations
+    from sluice import light_kinds, translations
     source = "\n".join(path.read_text() for path in ADDON.glob("*.py") if path.name != "translations.py")
     assert [word for word in translations.FRENCH if f'"{word}"' not in source] == []
     blenders = {"Film", "Light", "Performance", "Simplify", "Visibility", "Select", "Solo", "Sluice Shader", "Light Layer"}
@@ -80,7 +80,7 @@ def test_labels_have_their_french():
     for group in (bpy.context.scene.sluice, bpy.data.objects.new("Empty", None).sluice):
         names = {item.name for item in group.bl_rna.properties if item.identifier not in {"rna_type", "name"}}
         assert names - translations.FRENCH.keys() == set()
-    assert {label for _name, label, _description, _icon in operators.ACTIONS} <= translations.FRENCH.keys()
+    assert {label for _name, label, _description, _icon in light_kinds.ACTIONS} <= translations.FRENCH.keys()
 
 
 def test_french_is_shown():

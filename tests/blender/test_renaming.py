@@ -83,14 +83,14 @@ def test_names_from_a_list(new_object, entry):
 
 
 def test_kinds_of_light_are_expressions(new_object, entry):
-    from sluice import core, kinds
+    from sluice import core, light_kinds
     egg = new_object("Egg's", bpy.data.meshes.new("Egg"))
     bpy.context.view_layer.objects.active = entry
     egg.select_set(True)
-    for kind in (kind for group in kinds.GROUPS for kind in group):
+    for kind in (kind for group in light_kinds.GROUPS for kind in group):
         assert bpy.ops.sluice.set_expression(expression=kind.expression) == {'FINISHED'}
         found = core.load().check_expression(entry.sluice.expression, ["Egg's"])
-        assert found["warnings"] == [] and found["side"] == ('view' if kind in kinds.SEEN else 'light')
+        assert found["warnings"] == [] and found["side"] == ('view' if kind in light_kinds.SEEN else 'light')
         assert ("{}" in kind.expression) == ("Egg" in entry.sluice.expression)
     egg.select_set(False)
     assert bpy.ops.sluice.set_expression(expression="L.*S{}+", noun="D:Egg's") == {'FINISHED'}
@@ -127,3 +127,42 @@ def test_one_that_takes_the_place_and_the_name_is_meant(new_object, entry):
         new_object(name, bpy.data.meshes.new(name))
     _update()
     assert entry.sluice.expression == "LS'Egg'"
+
+
+def test_only_what_may_matter_walks_through_the_file(new_object, entry, monkeypatch):
+    """Files of 10,000 objects: what comes under other names costs a look at names alone, and all is as after a walk."""
+    from sluice import renaming
+    walks, file = [], renaming._File
+    monkeypatch.setattr(renaming, "_File", lambda: walks.append(None) or file())
+
+    def walked():
+        _update()
+        found = bool(walks)
+        walks.clear()
+        return found
+
+    egg = new_object("Egg")
+    _set(entry, "LS'Egg'D'Nobody'")
+    walks.clear()
+    others = [new_object(name) for name in ("Cube", "Ball", "Sky")]
+    bpy.data.collections.new("Glass")
+    bpy.data.worlds.new("Sky")
+    assert not walked()
+    others[0].name = "Renamed"
+    new_object("Cone")
+    assert not walked()
+    assert set(file().items) == renaming._known
+    for name in ("Egg.001", "Nobody", "Entry.001"):
+        new_object(name)
+        assert walked()
+    other = new_object("Other")
+    other.sluice.role = 'ENTRY'
+    assert walked()
+    bpy.data.objects.remove(others[1])
+    assert walked()
+    bpy.data.objects.remove(others[2])
+    new_object("First"), new_object("Second")  # one of them may lie where that one lay
+    walked()
+    assert set(file().items) == renaming._known
+    egg.name = "Ei"
+    assert walked() and entry.sluice.expression.startswith("LS'Ei'")

@@ -3,14 +3,14 @@
 import json
 
 import bpy
-from test_final import _Engine, _job, edited_scene  # noqa: F401
+from stand_ins import Engine, job_of_engine
 
 
 def test_progress_log(fake_core, monkeypatch, tmp_path):
     from sluice import final
     monkeypatch.setenv("SLUICE_PROGRESS_LOG", str(tmp_path / "log.jsonl"))
-    engine = _Engine()
-    engine.job = _job()
+    engine = Engine()
+    engine.job = job_of_engine()
     engine.job.settings.update(passes=5, photons=5 * 10**6)  # 0.05 s a pass
     engine.job.warnings = [("Lamp", "is off")]
     final.render(engine)
@@ -21,7 +21,7 @@ def test_progress_log(fake_core, monkeypatch, tmp_path):
     assert "statistics" in rows[-1] and "statistics" not in rows[0]
 
 
-def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):  # noqa: F811
+def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_path):
     """Of every frame; a new process begins the file anew."""
     path = tmp_path / "log.jsonl"
     path.write_text("of a process before\n")
@@ -34,13 +34,13 @@ def test_progress_log_of_an_animation(edited_scene, fake_core, monkeypatch, tmp_
 
 
 def test_status_lines():
-    from sluice import status
+    from sluice import render_progress
     progress = {"state": 'rendering', "pass": 3, "passes": 64, "photons": 3145678, "seconds": 72, "seconds_left": 3723.4,
                 "error_estimate": 0.0521, "stop_reason": 'passes', "message": ""}
-    assert status.line(progress) == "Pass 3/64 | Photons 3.1 M | Time 1:12 | Left 1:02:03 | Noise 5.2 %"
-    assert status.line({**progress, "unmet": ["Sun"]}).endswith("Noise 5.2 % (without Sun: not met)")
-    assert status.line({**progress, "unmet": ["Sun", "World", "Dome"]}).endswith("Noise 5.2 % (without Sun, World …: not met)")
-    assert status.line({**progress, "seconds_left": None, "error_estimate": None}) == "Pass 3/64 | Photons 3.1 M | Time 1:12"
-    assert status.line({**progress, "pass": 0}) == "Looking where the light goes, then the first of 64 passes | Time 1:12"
-    assert status.line({**progress, "state": 'compiling'}) == "Building the scene | Time 1:12"
-    assert [status.count(n) for n in (0, 9999, 10000, 2.5e9)] == ["0", "9,999", "10.0 k", "2.5 G"]
+    assert render_progress.line(progress) == "Pass 3/64 | Photons 3.1 M | Time 1:12 | Left 1:02:03 | Noise 5.2 %"
+    assert render_progress.line({**progress, "unmet": ["Sun"]}).endswith("Noise 5.2 % (without Sun: not met)")
+    assert render_progress.line({**progress, "unmet": ["Sun", "World", "Dome"]}).endswith("Noise 5.2 % (without Sun, World …: not met)")
+    assert render_progress.line({**progress, "seconds_left": None, "error_estimate": None}) == "Pass 3/64 | Photons 3.1 M | Time 1:12"
+    assert render_progress.line({**progress, "pass": 0}) == "Looking where the light goes, then the first of 64 passes | Time 1:12"
+    assert render_progress.line({**progress, "state": 'compiling'}) == "Building the scene | Time 1:12"
+    assert [render_progress.count(n) for n in (0, 9999, 10000, 2.5e9)] == ["0", "9,999", "10.0 k", "2.5 G"]

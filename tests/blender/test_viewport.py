@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from mathutils import Matrix
-from test_core import room  # noqa: F401  (fixtures)
 from windowless import Window
 
 
@@ -171,14 +170,14 @@ def test_an_error_stands_until_it_is_mended(window):
 
 
 def test_its_figures_are_told(window, fake_core, monkeypatch):
-    from sluice import statistics
+    from sluice import edit_statistics
     row = {"name": "Light Edit", "matched": 7, "moved": 7, "capped": 0, "acted": True, "energy_in": 8.0, "energy_out": 4.0, "share": 0.1, "seconds": 0.2}
     monkeypatch.setattr(fake_core.Session, "statistics", lambda session: {"edits": [row], "ledger": {"emitted": 9.0}, "view_paths": 9})
     exit_ = next(item for item in bpy.data.objects if item.sluice.role == 'EXIT')
     exit_.location.x += 1
     assert restarted(window, [exit_], copies=0)
-    assert statistics.of("Light Edit").matched == 7 and statistics.of("Light Edit").power_in == 2
-    statistics.forget()
+    assert edit_statistics.of("Light Edit").matched == 7 and edit_statistics.of("Light Edit").power_in == 2
+    edit_statistics.forget()
 
 
 @pytest.mark.parametrize("case, asks", [
@@ -217,7 +216,7 @@ def test_what_was_retired_is_kept_until_it_is_over(fake_core, monkeypatch):
     assert not door._ending
 
 
-def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypatch):  # noqa: F811
+def test_pictures_of_a_moment_are_as_of_a_scene_copied_anew(room, core, monkeypatch):
     """With the real core: an exit is dragged and the view turns; bit by bit what a view shows that opens now."""
     from sluice import viewport
     monkeypatch.setattr(viewport, "_AT_ONCE", 60)  # on a slow machine the coarse image under way as the view turns would be one more

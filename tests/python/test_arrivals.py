@@ -2,10 +2,12 @@
 """What light arrives at an entry (settings: explain_edits), told for artists whose expression finds none."""
 
 import pytest
+from addon_modules import load
 from scenes import Scene, diffuse, emission, exit_at, glass, looking, mirror, quad, render, shader
-from test_words import words
 
 import sluice_core
+
+words = load("expression_words")
 
 SETTINGS = {"passes": 1, "photons": 16384}
 HALF = ((0.25, 0, 0), (0, 0.25, 0))

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from edited_floor import ENTRY, EXITS, PASSES, PHOTONS, SEEDS, check, floor_scene
 from floor_tracer import tinted, turn_hue
 from scenes import LUMINANCE, defaults, diffuse, exit_at, render, seeds  # noqa: F401: each test in both kinds
 from statistics_of_renders import assert_same_mean
-from test_edit_laws import ENTRY, EXITS, PASSES, PHOTONS, SEEDS, check, floor_scene
 
 
 @pytest.mark.parametrize("angle", [0.5, 2 * math.pi / 3, -2.5])

@@ -115,11 +115,57 @@ def python_in_core(root):
 
 
 def blender_in_exporters(root):
+    """Exporters run without Blender: they may import it for mypy alone."""
     complaints = []
     for path in python_files(root, "addon/export"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        tree = ast.parse(path.read_text())
+        tree.body = [node for node in tree.body if not (isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING")]
+        for node in ast.walk(tree):
             modules = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             complaints += [f"{path.relative_to(root)}:{node.lineno}: {m}" for m in modules if m.split(".")[0] in {"bpy", "bpy_extras", "gpu"}]
+    return complaints
+
+
+def interface_among_itself(root):
+    """Modules of the add-on that give Blender classes (SLUICE_…) are imported by its __init__ alone, which registers them: what two
+    of them need stands in model.py, checking.py or interface.py."""
+    trees = {path: ast.parse(path.read_text()) for path in python_files(root, "addon")}
+    shown = {path.stem for path, tree in trees.items() if any(isinstance(node, ast.ClassDef) and node.name.startswith("SLUICE_") for node in tree.body)}
+    complaints = []
+    for path, tree in trees.items():
+        if path == root / "addon" / "__init__.py":
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                names = [alias.name for alias in node.names] if node.module is None else [node.module]
+                complaints += [f"{path.relative_to(root)}:{node.lineno}: {name}" for name in names if name in shown]
+    return complaints
+
+
+def untold_functions(root):
+    """The add-on's public functions and methods tell the types of what they take and return (mypy checks them), and functions what they do."""
+    complaints = []
+    for path in python_files(root, "addon"):
+        tree = ast.parse(path.read_text())
+        methods = [node for cls in tree.body if isinstance(cls, ast.ClassDef) for node in cls.body]
+        for node in [*tree.body, *methods]:
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("_") and node.name != "__init__":
+                continue
+            arguments = node.args.posonlyargs + node.args.args + node.args.kwonlyargs + [a for a in (node.args.vararg, node.args.kwarg) if a]
+            typed = node.returns is not None and all(a.annotation is not None for a in arguments if a.arg not in {"self", "cls"})
+            told = node in methods or node.name in {"register", "unregister"} or ast.get_docstring(node)
+            if not typed or not told:
+                complaints.append(f"{path.relative_to(root)}:{node.lineno}: {node.name}")
+    return complaints
+
+
+def imports_of_tests(root):
+    """What several tests need stands in a module of helpers or in conftest.py: whoever changes a test changes no other one."""
+    complaints = []
+    for path in python_files(root, "tests"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and not node.level and (node.module or "").startswith("test_"):
+                complaints.append(f"{path.relative_to(root)}:{node.lineno}: {node.module}")
     return complaints
 
 
@@ -185,6 +231,9 @@ BAD = {
     image_library_elsewhere: ("cpp/shading/a.cpp", "#include <OpenImageIO/imageio.h>\n"),
     python_in_core: ("cpp/render/a.cpp", "#include <pybind11/pybind11.h>\n"),
     blender_in_exporters: ("addon/export/a.py", "def f():\n    from bpy.types import Object\n"),
+    interface_among_itself: ("addon/a.py", "from .a import f\n\n\nclass SLUICE_OT_a:\n    pass\n"),
+    untold_functions: ("addon/a.py", 'def f(x) -> None:\n    """Does it."""\n'),
+    imports_of_tests: ("tests/python/test_a.py", "def test_it():\n    from test_b import helper\n"),
     printing: ("cpp/base/a.cpp", 'void f() { std::printf("x"); }\n'),
     threads_elsewhere: ("cpp/render/a.cpp", "std::jthread worker;\n"),
     indirect_calls: ("cpp/transport/a.h", "std::function<void()> next;\n"),
@@ -196,6 +245,9 @@ BAD = {
 }
 NOT_BAD = {  # what a careless rule would take for a breach
     wrong_arrows: ("cpp/scene/a.cpp", '#include <vector>\n// #include "render/session.h"\n'),
+    interface_among_itself: ("addon/a.py", "from . import core\nfrom .interface import Panel\n\n\nclass SLUICE_PT_a(Panel):\n    pass\n"),
+    untold_functions: ("addon/a.py", 'def f(x: int) -> None:\n    """Does it."""\n\n\ndef _g(x):\n    pass\n\n\nclass A:\n    def h(self) -> None:\n        pass\n'),
+    blender_in_exporters: ("addon/export/a.py", "if TYPE_CHECKING:\n    import bpy\n"),
     printing: ("cpp/base/a.cpp", '// std::cout is for others\nauto text = "exit(1)"; std::snprintf(b, n, "%d", 1);\n'),
     threads_elsewhere: ("cpp/base/threads.cpp", "std::jthread worker; std::this_thread::yield();\n"),
     long_functions: ("cpp/base/a.cpp", ("void f(int a) {\n" + "  g();\n" * 40 + "}\n") * 2),
@@ -244,12 +296,33 @@ def test_cmake_rule_can_fail():
     assert wrong_targets(bad) == ["sluice_edit links sluice_scene"]
 
 
+def test_both_tables_of_the_blackbody_agree():
+    """Lamps' nodes are worked out by the exporter (in double precision), materials' by the core (in single): the same table in two languages."""
+    def numbers(text):
+        return [float(number) for number in re.findall(r"(?<![\w.])\d+(?:\.\d+)?", text)]
+
+    exporter = (ROOT / "addon/export/material.py").read_text()
+    table = numbers(re.search(r"^_BLACKBODY = \([^\n]*\n(.*?)\)\)$", exporter, re.DOTALL | re.MULTILINE)[1])
+    assert len(table) == 33 * 3
+    of_core = [numbers(code_of(path).replace("f", " ")) for path in cpp_files(ROOT, "cpp/shading")]
+    assert sum(found[i : i + len(table)] == table for found in of_core for i in range(len(found))) == 1
+
+
 def test_lint():
     """ruff, with the rules of pyproject.toml (./run setup puts it into .venv)."""
     ruff = ROOT / ".venv/bin/ruff"
     if not ruff.exists():
         pytest.skip("no ruff in .venv")
     result = subprocess.run([ruff, "check", "--no-cache", ROOT], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+
+
+def test_types():
+    """mypy, with the settings of pyproject.toml and types of Blender 3.4 (./run setup puts both into .venv)."""
+    mypy = ROOT / ".venv/bin/mypy"
+    if not mypy.exists():
+        pytest.skip("no mypy in .venv")
+    result = subprocess.run([mypy], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
 
 

@@ -1,10 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kinds of light by plain names, each with the expression that takes it. What menus offer. No bpy."""
-from collections import namedtuple
+"""What menus offer: kinds of light by plain names, each with the expression that takes it, and what can become of light. No bpy."""
+from __future__ import annotations
 
-from . import names
+from typing import NamedTuple
 
-Kind = namedtuple("Kind", "label expression description icon")  # {} in an expression: the name of an object
+from . import expression_names
+
+
+class Kind(NamedTuple):
+    """A kind of light, as menus offer it."""
+
+    label: str
+    expression: str  # {} stands for the name of an object
+    description: str
+    icon: str
+
+
+class Action(NamedTuple):
+    """What can become of light."""
+
+    name: str  # the item of the operators' enumeration
+    label: str
+    description: str
+    icon: str
+
 
 ARRIVING = (
     Kind("Caustic", "LS+", "Light focused by mirrors and glass", 'LIGHTPROBE_GRID'),
@@ -24,11 +43,19 @@ SEEN = (
 )
 GROUPS = (ARRIVING, NAMED, SEEN)
 
+ACTIONS = (
+    Action('MOVE', "Move", "The light goes to an exit beside the entry, to be laid where it is wanted", 'CON_LOCLIKE'),
+    Action('COPY', "Copy", "The light stays, and falls at the 3D cursor too", 'DUPLICATE'),
+    Action('RECOLOUR', "Recolour", "The light stays, in another colour", 'COLOR'),
+    Action('DIM', "Dim", "The light stays, weaker", 'LIGHT_SUN'),
+    Action('REMOVE', "Remove", "The light is gone", 'X'),
+)
 
-def title(expression):
-    """What an edit that takes this may be called: a kind's plain name, or by the last thing named."""
+
+def title(expression: str) -> str:
+    """What an edit with this expression may be called: by the plain name of the kind, or by the last thing that is named."""
     for kind in ARRIVING:
         if kind.expression == expression:
             return kind.label
-    event, name = names.last_in(expression)
+    event, name = expression_names.last_in(expression)
     return f"Light {'from' if event == 'L' else 'by'} {name}" if name and not set("!^") & set(expression) else "Light Edit"

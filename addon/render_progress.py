@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a running render shows: status line, progress bar, memory, and the image as it refines."""
+from __future__ import annotations
+
 import json
 import os
 import time
+from typing import Any, TypeAlias
 
 import bpy
 
-from . import passes
+from . import core, passes
+
+Progress: TypeAlias = dict[str, Any]  # what Session.progress() tells
 
 _STOPS = {
     'passes': "all passes done", 'time': "stopped by the time limit", 'error': "stopped at the error target",
@@ -14,26 +19,27 @@ _STOPS = {
 }
 
 
-def in_background():
+def in_background() -> bool:
+    """Does Blender run without a window? Asked through a function, so that tests can answer."""
     return bpy.app.background
 
 
-def duration(seconds):
-    """0:07, 12:34, 1:02:03."""
+def duration(seconds: float) -> str:
+    """A time as text: 0:07, 12:34, 1:02:03."""
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-def count(number):
-    """1,234 as it is; 12.3 k, 4.5 M, 6.7 G above."""
+def count(number: float) -> str:
+    """A number as text: below 10,000 as it is (1,234), above as 12.3 k, 4.5 M, 6.7 G."""
     for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e4)):
         if number >= size:
             return f"{number / (1e3 if unit == 'k' else size):.1f} {unit}"
     return f"{int(number):,}"
 
 
-def line(progress):
+def line(progress: Progress) -> str:
     """The status line of a session."""
     if progress["state"] == 'compiling':
         return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
@@ -48,13 +54,13 @@ def line(progress):
     return " | ".join(parts)
 
 
-def _unmet(progress):
-    """What the noise does not know of: lights and effects of which nothing was found before the first pass."""
+def _unmet(progress: Progress) -> str:
+    """What the estimate of the noise does not know of: lights and effects of which nothing was found before the first pass."""
     names = progress.get("unmet") or ()
     return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
 
 
-def summary(progress):
+def summary(progress: Progress) -> str:
     """One sentence at the end: what was done and why it stopped."""
     parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
              f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
@@ -63,8 +69,8 @@ def summary(progress):
     return ", ".join(parts)
 
 
-def _known(number):
-    """A figure that the session can tell: neither None nor negative nor infinite."""
+def _known(number: float | None) -> bool:
+    """Can the session tell this figure? If it cannot, it is None, negative or infinite."""
     return number is not None and 0 <= number < 1e9
 
 
@@ -73,12 +79,12 @@ class Stream:
     first, each time later by twice as much, to 16 s, since Blender prints a line each time), images so that copying them takes
     less than a thirtieth of the time."""
 
-    def __init__(self, engine, result, names, enabled):
+    def __init__(self, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult, names: list[str], enabled: bool) -> None:
         self._engine, self._result, self._names, self._enabled = engine, result, names, enabled
         self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
         self._next_image, self._shown_pass = 0.0, 0
 
-    def refresh(self, session):
+    def refresh(self, session: core.Session) -> None:
         progress = session.progress()
         now = time.monotonic()
         if now >= self._next_line:
@@ -92,7 +98,7 @@ class Stream:
             done = time.monotonic()
             self._next_image = done + min(5.0, max(0.2, 30 * (done - now)))
 
-    def _show_numbers(self, progress):
+    def _show_numbers(self, progress: Progress) -> None:
         engine = self._engine
         engine.update_stats("", line(progress))
         megabytes = progress["memory"] / 2 ** 20
@@ -103,7 +109,7 @@ class Stream:
         elif progress["passes"]:
             engine.update_progress(progress["pass"] / progress["passes"])
 
-    def _show_image(self, session):
+    def _show_image(self, session: core.Session) -> None:
         images = session.snapshot(self._names)
         if images is not None:
             passes.write(self._result, images)
@@ -116,22 +122,22 @@ class ProgressLog:
     the file anew and appends its other renders: the frames of an animation, each of its view layers."""
 
     _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
-    _begun = set()  # files of this process
+    _begun: set[str | None] = set()  # The files that this process has begun.
 
-    def __init__(self, frame, layer):
+    def __init__(self, frame: int, layer: str) -> None:
         path = os.environ.get("SLUICE_PROGRESS_LOG")
         mode = "a" if path in self._begun else "w"
         self._begun.add(path)
         self._file = open(path, mode, encoding="utf-8") if path else None  # noqa: SIM115  (closed by close, or with the process)
         self._pass, self._of = 0, {"frame": frame, "view_layer": layer}
 
-    def write(self, session):
+    def write(self, session: core.Session) -> None:
         if self._file is None or session.progress()["pass"] == self._pass:
             return
         self._pass = session.progress()["pass"]
         self._put(session, {})
 
-    def close(self, session, warnings):
+    def close(self, session: core.Session, warnings: list[tuple[str, str]]) -> None:
         if self._file is None:
             return
         found = warnings + [tuple(warning) for warning in session.warnings()]
@@ -139,7 +145,7 @@ class ProgressLog:
         self._file.close()
         self._file = None
 
-    def _put(self, session, more):
+    def _put(self, session: core.Session, more: dict[str, Any]) -> None:
         progress = session.progress()
         row = {**self._of, **{key: progress[key] for key in self._KEYS}}
         print(json.dumps({**row, "effects": session.statistics()["effects"], **more}), file=self._file, flush=True)

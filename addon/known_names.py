@@ -1,19 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which names expressions can use: those that something in the scene answers to. Panels ask at each redraw, so they are kept until
 something happens that may change them."""
-from collections import namedtuple
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import bpy
 
-from . import compat, handlers
-from .export.names import Names
-
-Known = namedtuple("Known", "homes here elsewhere")  # here: names in the scene; elsewhere: of things that are in the file alone
-
-_known = {}  # (scene, numbers of things) -> Known
+from . import compat, registration
+from .export.scene_names import Homes, Names
 
 
-def known(context):
+class Known(NamedTuple):
+    """What names mean."""
+
+    homes: Homes
+    here: tuple[str, ...]  # names of things in the scene
+    elsewhere: frozenset[str]  # names of those that only the file has
+
+
+_known: dict[tuple[str, int, int, int], Known] = {}  # The key is the name of the scene and how many things there are.
+
+
+def known(context: bpy.types.Context) -> Known:
     """What names mean in the scene that the artist looks at."""
     data = bpy.data
     key = (context.scene.name_full, len(data.objects), len(data.collections), len(data.worlds))
@@ -23,7 +33,7 @@ def known(context):
     return _known[key]
 
 
-def _find(scene):
+def _find(scene: bpy.types.Scene) -> Known:
     names = Names(bpy.data.collections, bpy.data.objects, bpy.data.worlds)
     here = {name for item in _objects(scene) for name in names.of(item)}
     here.update(name for item in scene.collection.children_recursive for name in names.homes.own(item))
@@ -33,7 +43,7 @@ def _find(scene):
     return Known(names.homes, tuple(sorted(here)), frozenset(name for item in things for name in names.homes.own(item)) - here)
 
 
-def _objects(scene):
+def _objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
     """The scene's objects and all that they instance."""
     found, queue = set(), list(scene.objects)
     while queue:
@@ -46,9 +56,9 @@ def _objects(scene):
     return found
 
 
-def _instanced(item):
+def _instanced(item: bpy.types.Object) -> list[bpy.types.Object | bpy.types.Collection]:
     """Objects and collections that an object may make instances of."""
-    things = [item.instance_collection] if item.instance_type == 'COLLECTION' else []
+    things: list[Any] = [item.instance_collection] if item.instance_type == 'COLLECTION' else []
     for system in item.particle_systems:
         things += [system.settings.instance_object, system.settings.instance_collection]
     for modifier in item.modifiers:
@@ -57,7 +67,7 @@ def _instanced(item):
     return [thing for thing in things if isinstance(thing, (bpy.types.Object, bpy.types.Collection))]
 
 
-def _in_nodes(tree, seen):
+def _in_nodes(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> Iterator[Any]:
     """What the sockets of a tree and of the groups in it hold."""
     seen.add(tree)
     for node in tree.nodes:
@@ -67,28 +77,28 @@ def _in_nodes(tree, seen):
             yield from _in_nodes(group, seen)
 
 
-def _only_moves(update):
+def _only_moves(update: bpy.types.DepsgraphUpdate) -> bool:
     return isinstance(update.id, bpy.types.Object) and update.is_updated_transform and not update.is_updated_geometry
 
 
 @bpy.app.handlers.persistent
-def _scene_changed(_scene, depsgraph=None):
+def _scene_changed(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
     if depsgraph is None or not all(map(_only_moves, depsgraph.updates)):
         _known.clear()
 
 
 @bpy.app.handlers.persistent
-def _forget(*_):
+def _forget(*_: object) -> None:
     _known.clear()
 
 
 _handlers = {"depsgraph_update_post": _scene_changed, "undo_post": _forget, "redo_post": _forget, "load_post": _forget}
 
 
-def register():
-    handlers.add(_handlers)
+def register() -> None:
+    registration.add_handlers(_handlers)
 
 
-def unregister():
-    handlers.remove(_handlers)
+def unregister() -> None:
+    registration.remove_handlers(_handlers)
     _known.clear()

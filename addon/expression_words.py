@@ -3,17 +3,33 @@
 
 A language is a table: for each event its noun (alone, several, one with a name, several with a name; {} is the name), and the
 phrases that join them."""
-from collections import namedtuple
+from __future__ import annotations
 
-Noun = namedtuple("Noun", "one many named many_named some", defaults=("one or more",))
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+Tree: TypeAlias = tuple[Any, ...]  # ("atom", …), ("repeat", …), ("sequence", …) or ("choice", …), as sluice_core.parse makes it
 
 
-def _masculine(*forms):
-    return Noun(*forms, "un ou plusieurs")
+class Noun(NamedTuple):
+    """How an event is called: alone, several of it, one with a name, several with a name, and what "one or more" is before it."""
+
+    one: str
+    many: str
+    named: str
+    many_named: str
+    some: str = "one or more"
 
 
-def _feminine(*forms):
-    return Noun(*forms, "une ou plusieurs")
+Language: TypeAlias = dict[str, Any]  # event: its Noun; name of a phrase: the phrase
+
+
+def _masculine(one: str, many: str, named: str, many_named: str) -> Noun:
+    return Noun(one, many, named, many_named, "un ou plusieurs")
+
+
+def _feminine(one: str, many: str, named: str, many_named: str) -> Noun:
+    return Noun(one, many, named, many_named, "une ou plusieurs")
 
 
 ENGLISH = {
@@ -62,21 +78,21 @@ _ANYTHING = ("repeat", ("atom", True, ()), 0, None)
 _NOT_MIRROR = ("atom", True, (("S", ()),))
 
 
-def tell(tree, language="en"):
+def tell(tree: Tree, language: str = "en") -> str:
     """The sentence, its first letter small and without a full stop. An unknown language is told in English."""
     return _Teller(LANGUAGES.get(language, ENGLISH)).whole(tree)
 
 
 class _Teller:
-    def __init__(self, language):
+    def __init__(self, language: Language) -> None:
         self.say = language
 
-    def whole(self, tree):
+    def whole(self, tree: Tree) -> str:
         """A branch of its own has phrases for what it commonly is: straight light, all light, what the eye sees."""
         if tree[0] == "choice":
             return self.say["either"].format(self.say["else"].join(map(self.whole, tree[1:])))
         parts = tree[1:] if tree[0] == "sequence" else (tree,)
-        if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # a layer
+        if len(parts) > 1 and _is(parts[0], "L") and parts[-1] == _EYE:  # This is the expression of a layer: a whole path.
             return self.say["to eye"].format(self.whole(("sequence", *parts[:-1])))
         if _is(parts[0], "L"):
             lamp = self._names(parts[0][2][0][1]) or self.say["any lamp"]
@@ -93,10 +109,10 @@ class _Teller:
             return self.say["view all"] if parts[:-1] == (_ANYTHING,) else self.say["view"].format(self._join(parts[:-1]))
         return self._join(parts)
 
-    def _join(self, parts):
+    def _join(self, parts: Iterable[Tree]) -> str:
         return self.say["then"].join(map(self.node, parts))
 
-    def node(self, tree):
+    def node(self, tree: Tree) -> str:
         kind = tree[0]
         if kind == "atom":
             return self._atom(tree)
@@ -106,24 +122,24 @@ class _Teller:
             return self.say["group"].format(self._join(tree[1:]))
         return self.say["group"].format(self.say["either"].format(self.say["else"].join(map(self.node, tree[1:]))))
 
-    def _names(self, names):
+    def _names(self, names: Iterable[str]) -> str:
         return self.say["or"].join(names)
 
-    def _noun(self, letter, names, many):
+    def _noun(self, letter: str, names: Sequence[str], many: bool) -> str:
         noun = self.say[letter]
         if names:
             return (noun.many_named if many else noun.named).format(self._names(names))
         return noun.many if many else noun.one
 
-    def _atom(self, tree, many=False):
+    def _atom(self, tree: Tree, many: bool = False) -> str:
         _kind, negated, symbols = tree
         if negated and not symbols:
             return self._noun(".", (), many)
-        # "bounces that are not a mirror or glass or a diffuse bounce": each thing of a negation is one
+        # Behind "bounces that are not" each thing is told in the singular: "a mirror or glass or a diffuse bounce".
         told = self.say["or"].join(self._noun(letter, names, many and not negated) for letter, names in symbols)
         return self._noun("!", (), many).format(told) if negated else told
 
-    def _repeat(self, child, low, high):
+    def _repeat(self, child: Tree, low: int, high: int | None) -> str:
         if child[0] != "atom":
             inner = self._join(child[1:]) if child[0] == "sequence" else self.node(child).removeprefix("(").removesuffix(")")
             return self._times(inner, low, high)
@@ -133,7 +149,7 @@ class _Teller:
             return self._atom(child)
         return self._count(child, low, high)
 
-    def _count(self, child, low, high):
+    def _count(self, child: Tree, low: int, high: int | None) -> str:
         many = self._atom(child, many=True)
         if high is None:
             if low == 0:
@@ -147,11 +163,11 @@ class _Teller:
             return self.say["exactly"].format(low, many)
         return self.say["between"].format(low, high, many)
 
-    def _some(self, child):
+    def _some(self, child: Tree) -> str:
         _kind, negated, symbols = child
         return self.say["!" if negated and symbols else symbols[0][0] if symbols else "."].some
 
-    def _times(self, inner, low, high):
+    def _times(self, inner: str, low: int, high: int | None) -> str:
         if high is None:
             name = {0: "any times", 1: "some times"}.get(low)
             return self.say[name].format(inner) if name else self.say["least times"].format(low, inner)
@@ -164,6 +180,6 @@ class _Teller:
         return self.say["between times"].format(low, high, inner)
 
 
-def _is(node, letter):
+def _is(node: Tree, letter: str) -> bool:
     """A plain atom of this kind alone."""
     return node[0] == "atom" and not node[1] and len(node[2]) == 1 and node[2][0][0] == letter

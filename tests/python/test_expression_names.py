@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names in the text of expressions (addon/names.py), against the core's own parser."""
+"""Names in the text of expressions (addon/expression_names.py), against the core's own parser."""
 import pytest
-from test_words import _load
+from addon_modules import load
 
 import sluice_core
 
-names = _load("names")
+names = load("expression_names")
 
 
 def _names_of(tree):

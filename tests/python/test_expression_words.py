@@ -1,23 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expressions told back in words (addon/words.py), from the trees of sluice_core.parse: no Blender here."""
-import importlib.util
-from pathlib import Path
-
+"""Expressions told back in words (addon/expression_words.py), from the trees of sluice_core.parse: no Blender here."""
 import pytest
+from addon_modules import load
 
 import sluice_core
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def _load(name):
-    spec = importlib.util.spec_from_file_location(f"addon_{name}", ROOT / "addon" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-words = _load("words")
+words = load("expression_words")
 
 TOLD = {
     "L": ("light straight from any lamp", "la lumière directe de toute lampe"),
