@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Vectors, matrices and frames: Imath's types under short names. Float for shading and storage, double
-// wherever a gate or a hit position is decided (numerics: a hit must be known far better than the distance a
+// wherever a gate or a hit position is decided (numerics §1: a hit must be known far better than the distance a
 // quad floats in front of its plane).
 #pragma once
 #include <Imath/ImathMatrix.h>

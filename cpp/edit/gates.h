@@ -34,7 +34,7 @@ struct EditSpace {
 // World bounds of the quads that will act (enabled, not refused); empty if there are none.
 [[nodiscard]] Box quad_bounds(std::span<const EditDescription> edits, const Box& scene_bounds);
 
-// numerics: gains of a chain must not overflow
+// numerics P8: gains of a chain must not overflow
 inline constexpr float max_intensity = 1e4f, max_area_ratio = 1e6f;
 
 struct Exit {
