@@ -91,6 +91,17 @@ std::optional<Light> make_area(const LightDescription& d, const Scene::Parts& pa
   return light;
 }
 
+// Empty: it has no area.
+std::optional<Light> make_lamp(const LightDescription& d, const Scene::Parts& parts) {
+  switch (d.kind) {
+    case LightKind::Point:
+    case LightKind::Spot: return make_sphere(d, parts);
+    case LightKind::Sun: return make_sun(d, parts);
+    case LightKind::Area: return make_area(d, parts);
+  }
+  return {};
+}
+
 bool is_usable(const LightDescription& d) noexcept {
   for (const float x : {d.power, d.radius, d.angle, d.spot_angle, d.spot_blend, d.size_x, d.size_y, d.spread,
                         d.color.x, d.color.y, d.color.z})
@@ -110,11 +121,7 @@ void add_lamps(Scene::Parts& parts, Warnings& warnings) {
       continue;
     }
     if (d.power == 0 || is_black(d.color)) continue;
-    std::optional<Light> light;
-    if (d.kind == LightKind::Area)
-      light = make_area(d, parts);
-    else
-      light = d.kind == LightKind::Sun ? make_sun(d, parts) : make_sphere(d, parts);
+    std::optional<Light> light = make_lamp(d, parts);
     if (!light || !std::isfinite(light->strength) || !std::isfinite(light->power)) {
       sizeless.add(first_name(d.names));
       continue;

@@ -11,19 +11,22 @@ const Light& light_at(const Scene& scene, int light) noexcept {
   return parts_of(scene).lights[static_cast<std::size_t>(light)];
 }
 
-bool is_parallel(const Sun& sun) noexcept { return sun.tan_half == 0; }
-bool is_parallel(const World&) noexcept { return false; }
+// Of a parallel sun: its irradiance on a plane that faces it.
+template <kinds::Infinite Kind>
+Color radiance_of(const Scene::Parts& parts, const Kind& kind, const V3f& to_light) noexcept {
+  if constexpr (requires { kind.irradiance; })
+    if (kinds::is_delta(kind)) return kind.irradiance;
+  return kinds::radiance(parts, kind, to_light, false);
+}
 
 }  // namespace
 
 bool is_infinite(const Light& light) noexcept {
-  return std::holds_alternative<Sun>(light.kind) || std::holds_alternative<World>(light.kind);
+  return std::visit([](const auto& kind) { return kind.infinite; }, light.kind);
 }
 
 bool is_delta(const Light& light) noexcept {
-  if (const auto* lamp = std::get_if<SphereLamp>(&light.kind)) return lamp->radius == 0;
-  if (const auto* sun = std::get_if<Sun>(&light.kind)) return is_parallel(*sun);
-  return false;
+  return std::visit([](const auto& kind) { return kinds::is_delta(kind); }, light.kind);
 }
 
 bool is_too_near(const Light& light, float pdf) noexcept {
@@ -37,14 +40,12 @@ std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V
     if constexpr (kinds::Infinite<Kind>) {
       const auto towards = kinds::sample_towards(kind, u);
       if (!towards) return {};
-      Color radiance;
-      if constexpr (std::same_as<Kind, Sun>)
-        radiance = is_parallel(kind) ? kind.irradiance
-                                     : kinds::radiance(parts_of(scene), kind, towards->direction, false);
-      else
-        radiance = kinds::radiance(parts_of(scene), kind, towards->direction, false);
-      return DirectSample{towards->direction, std::numeric_limits<double>::infinity(), radiance, towards->pdf,
-                          is_parallel(kind),  std::numeric_limits<double>::infinity()};
+      return DirectSample{towards->direction,
+                          std::numeric_limits<double>::infinity(),
+                          radiance_of(parts_of(scene), kind, towards->direction),
+                          towards->pdf,
+                          kinds::is_delta(kind),
+                          std::numeric_limits<double>::infinity()};
     } else {
       return kinds::sample_direct(parts_of(scene), kind, from, u_part, u);
     }
@@ -55,7 +56,7 @@ std::optional<DirectSample> sample_direct(const Scene& scene, int light, const V
 float pdf_direct(const Scene& scene, int light, const V3d& from, const V3f& wi, const Hit* hit) noexcept {
   const auto visit = [&](const auto& kind) -> float {
     if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
-      return is_parallel(kind) ? 0.0f : kinds::pdf_towards(kind, wi);
+      return kinds::is_delta(kind) ? 0.0f : kinds::pdf_towards(kind, wi);
     else
       return kinds::pdf_direct(parts_of(scene), kind, from, wi, hit);
   };
@@ -70,8 +71,7 @@ Color eval_infinite(const Scene& scene, int light, const V3f& direction, bool ca
       return Color(0);
   };
   const Light& asked = light_at(scene, light);
-  // lamps are not seen by the camera itself, the world is
-  if (camera_ray && !asked.visible_to_camera && std::holds_alternative<Sun>(asked.kind)) return Color(0);
+  if (camera_ray && !asked.visible_to_camera) return Color(0);
   return std::visit(visit, asked.kind);
 }
 
@@ -85,8 +85,7 @@ int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found
     const Light& light = parts.lights[static_cast<std::size_t>(index)];
     if (ray.from_camera && !light.visible_to_camera) continue;
     const auto visit = [&](const auto& lamp) {
-      if constexpr (std::same_as<std::decay_t<decltype(lamp)>, SphereLamp> ||
-                    std::same_as<std::decay_t<decltype(lamp)>, AreaLamp>) {
+      if constexpr (std::decay_t<decltype(lamp)>::crossable) {
         const auto crossing = kinds::crossing(lamp, ray.origin, ray.direction);
         if (!crossing || !(crossing->t <= ray.t_max)) return;
         found[count++] = {index, crossing->t, crossing->radiance};
@@ -155,9 +154,13 @@ std::optional<EmissionDirection> sample_infinite(const Scene& scene, int light, 
 }
 
 Color eval_infinite_emission(const Scene& scene, int light, const V3f& direction) noexcept {
-  const Light& asked = light_at(scene, light);
-  if (const auto* sun = std::get_if<Sun>(&asked.kind); sun && is_parallel(*sun)) return sun->irradiance;
-  return eval_infinite(scene, light, -direction, false);
+  const auto visit = [&](const auto& kind) -> Color {
+    if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
+      return radiance_of(parts_of(scene), kind, -direction);
+    else
+      return Color(0);
+  };
+  return std::visit(visit, light_at(scene, light).kind);
 }
 
 }  // namespace sluice

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lights as a closed set: kinds are structs in a variant, every question is one free function. Lights are
 // named by their index in Scene::lights(). Radiometry is Cycles' (W, W/m² for suns). Positions are
-// re-centred; directions unit. Nothing here tests visibility. To add a kind: a struct, an alternative, and
-// one overload in each of the functions below (a missing one does not compile).
+// re-centred; directions unit. Nothing here tests visibility. Each kind says whether it is infinite (its
+// light comes from outside of the scene, by direction alone) and whether it is crossable (a ray can meet it
+// though it is no surface). To add a kind: a struct, an alternative, the overloads of light_kinds.h, which
+// lists them; a missing one does not compile (tests/python/test_closed_sets.py).
 #pragma once
 #include <optional>
 #include <span>
@@ -21,6 +23,7 @@ class Scene;
 // Point and spot: a sphere, or a true point when radius is 0. Radiance (intensity, W/sr, for a true point)
 // times the spot's falloff.
 struct SphereLamp {
+  static constexpr bool infinite = false, crossable = true;
   V3d centre;
   float radius;
   Color radiance;  // of the sphere, or intensity of the point
@@ -33,12 +36,14 @@ struct SphereLamp {
 // plane that touches the unit sphere, of radius tan_half = tan(angle / 2), uniform per area: radiance =
 // irradiance / (pi tan_half² cos³) towards the sun.
 struct Sun {
+  static constexpr bool infinite = true, crossable = false;
   V3f to_sun;
   float tan_half;
   Color irradiance;  // W/m², on a plane facing the sun (of a disc: nearly)
 };
 // A rectangle or an ellipse that emits on the side of `normal`, uniformly or within a spread.
 struct AreaLamp {
+  static constexpr bool infinite = false, crossable = true;
   V3d centre;
   V3f axis_u, axis_v, normal;  // unit; u × v is ± the normal
   float half_u, half_v, area;
@@ -50,6 +55,7 @@ struct AreaLamp {
 // An instance whose material emits, both sides. Photons choose triangles by area × average emission, points
 // that ask also by how they face them.
 struct MeshLight {
+  static constexpr bool infinite = false, crossable = false;
   std::uint32_t instance;
   Distribution triangles;                  // those that emit, in the order of their facings
   std::vector<std::uint32_t> triangle_of;  // index in the mesh of each entry of the distribution
@@ -59,6 +65,7 @@ struct MeshLight {
 // Light from infinity by the world's program; importance by a table of texels, each with a floor, so no lit
 // direction has density 0.
 struct World {
+  static constexpr bool infinite = true, crossable = false;
   bool constant = true;
   Color radiance{0};  // constant
   int width = 0, height = 0;

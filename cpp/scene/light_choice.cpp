@@ -5,9 +5,8 @@
 #include "scene/light_kinds.h"
 
 namespace sluice {
-namespace {
+namespace kinds {
 
-// Can none of the lamp's light come this way? Slack on the side of "it can".
 bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
   if (!lamp.spot) return false;
   const double distance = from_middle.length();
@@ -26,25 +25,23 @@ bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
       std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
   return aside > (reach + height / lamp.spread_cot) * 1.001;
 }
-template <class Kind>
-bool is_dark(const Kind&, const V3d&) noexcept {
-  return false;
+bool is_dark(const MeshLight&, const V3d&) noexcept { return false; }
+
+float irradiance_bound(const Sun& sun, float strength, const V3f& normal) noexcept {
+  const float cosine = normal.dot(sun.to_sun);
+  return cosine < -sun.tan_half - 1e-3f ? 0.0f : strength * std::max(0.1f, cosine);
 }
+float irradiance_bound(const World&, float strength, const V3f&) noexcept { return strength; }
 
-float infinite_importance(const Light& light, const V3f& normal) noexcept {
-  const auto* sun = std::get_if<Sun>(&light.kind);
-  if (!sun) return light.strength;
-  const float cosine = normal.dot(sun->to_sun);
-  return cosine < -sun->tan_half - 1e-3f ? 0.0f : light.strength * std::max(0.1f, cosine);
-}
+}  // namespace kinds
 
-}  // namespace
+namespace {
 
-float importance(const Light& light, const V3d& point, const V3f& normal) noexcept {
-  const bool one_sided = normal.x != 0 || normal.y != 0 || normal.z != 0;
-  if (is_infinite(light)) return one_sided ? infinite_importance(light, normal) : light.strength;
+template <kinds::Finite Kind>
+float bound_at(const Light& light, const Kind& kind, const V3d& point, const V3f& normal,
+               bool one_sided) noexcept {
   const V3d to = light.middle - point;
-  if (std::visit([&](const auto& kind) { return is_dark(kind, -to); }, light.kind)) return 0;
+  if (kinds::is_dark(kind, -to)) return 0;
   const double reach = light.reach, distance2 = std::max({to.length2(), reach * reach, 1e-30});
   double cosine = 1;
   if (one_sided) {
@@ -53,6 +50,18 @@ float importance(const Light& light, const V3d& point, const V3f& normal) noexce
     cosine = std::clamp(height / std::sqrt(distance2), 0.1, 1.0);
   }
   return static_cast<float>(light.strength * cosine / distance2);
+}
+template <kinds::Infinite Kind>
+float bound_at(const Light& light, const Kind& kind, const V3d&, const V3f& normal, bool one_sided) noexcept {
+  return one_sided ? kinds::irradiance_bound(kind, light.strength, normal) : light.strength;
+}
+
+}  // namespace
+
+float importance(const Light& light, const V3d& point, const V3f& normal) noexcept {
+  const bool one_sided = normal.x != 0 || normal.y != 0 || normal.z != 0;
+  return std::visit([&](const auto& kind) { return bound_at(light, kind, point, normal, one_sided); },
+                    light.kind);
 }
 
 namespace {

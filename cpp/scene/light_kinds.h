@@ -3,8 +3,6 @@
 // that name does. Private to this folder. Finite kinds: SphereLamp, AreaLamp, MeshLight; infinite ones: Sun,
 // World.
 #pragma once
-#include <concepts>
-
 #include "scene/light.h"
 #include "scene/parts.h"
 
@@ -13,7 +11,16 @@ namespace sluice::kinds {
 using Parts = Scene::Parts;
 
 template <class Kind>
-concept Infinite = std::same_as<Kind, Sun> || std::same_as<Kind, World>;
+concept Infinite = Kind::infinite;
+template <class Kind>
+concept Finite = !Kind::infinite;
+
+// Only sample_direct finds a light of no extent: a true point, a parallel sun.
+[[nodiscard]] inline bool is_delta(const SphereLamp& lamp) noexcept { return lamp.radius == 0; }
+[[nodiscard]] inline bool is_delta(const AreaLamp&) noexcept { return false; }
+[[nodiscard]] inline bool is_delta(const MeshLight&) noexcept { return false; }
+[[nodiscard]] inline bool is_delta(const Sun& sun) noexcept { return sun.tan_half == 0; }
+[[nodiscard]] inline bool is_delta(const World&) noexcept { return false; }
 
 struct LampCrossing {
   double t;
@@ -69,6 +76,15 @@ struct LampCrossing {
                                   const V3f& direction) noexcept;
 [[nodiscard]] Color eval_emission(const Parts&, const MeshLight&, const EmissionPoint&,
                                   const V3f& direction) noexcept;
+
+// choice of lights: light_choice.cpp, light_tree_build.cpp. Can none of a finite light's light come this way?
+// Slack on the side of "it can".
+[[nodiscard]] bool is_dark(const SphereLamp&, const V3d& from_middle) noexcept;
+[[nodiscard]] bool is_dark(const AreaLamp&, const V3d& from_middle) noexcept;
+[[nodiscard]] bool is_dark(const MeshLight&, const V3d& from_middle) noexcept;
+// A bound on the irradiance of an infinite light of that strength on a surface.
+[[nodiscard]] float irradiance_bound(const Sun&, float strength, const V3f& normal) noexcept;
+[[nodiscard]] float irradiance_bound(const World&, float strength, const V3f& normal) noexcept;
 
 // light from infinity: light_infinite.cpp. Directions to the light.
 [[nodiscard]] std::optional<EmissionDirection> sample_towards(const Sun&, const V2f& u) noexcept;

@@ -4,6 +4,7 @@
 // Estevez & Kulla 2018, §4.3).
 #include <numeric>
 
+#include "scene/light_kinds.h"
 #include "scene/light_tree.h"
 #include "scene/scene.h"
 
@@ -48,18 +49,20 @@ Cone cone_of(const AreaLamp& lamp) {
   return {V3d(lamp.normal),
           std::min(static_cast<double>(lamp.spread_half), std::numbers::pi / 2) + 2 * slack};
 }
-template <class Kind>
-Cone cone_of(const Kind&) {
-  return {};
+Cone cone_of(const MeshLight&) { return {}; }
+
+Item item_of(const Light&, double strength, const Sun& sun) {
+  return {V3d(sun.to_sun), sun.tan_half + 2 * slack, strength, {}};
+}
+Item item_of(const Light&, double strength, const World&) { return {V3d(0), 2, strength, {}}; }
+template <kinds::Finite Kind>
+Item item_of(const Light& light, double strength, const Kind& kind) {
+  return {light.middle, light.reach * (1 + 2 * slack), strength, cone_of(kind)};
 }
 
 Item item_of(const Light& light) {
   const double strength = std::isfinite(light.strength) ? std::max(light.strength, 1e-30f) : 1e-30f;
-  if (const auto* sun = std::get_if<Sun>(&light.kind))
-    return {V3d(sun->to_sun), sun->tan_half + 2 * slack, strength, {}};
-  if (is_infinite(light)) return {V3d(0), 2, strength, {}};
-  return {light.middle, light.reach * (1 + 2 * slack), strength,
-          std::visit([](const auto& kind) { return cone_of(kind); }, light.kind)};
+  return std::visit([&](const auto& kind) { return item_of(light, strength, kind); }, light.kind);
 }
 
 // What is known of some items together.

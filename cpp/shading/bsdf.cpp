@@ -12,13 +12,20 @@ namespace {
   return std::visit([](const auto& shape) { return transmits(shape); }, lobe.shape);
 }
 
-[[nodiscard]] Frame frame_of(const Lobe& lobe) noexcept {
-  if (const auto* r = std::get_if<Reflection>(&lobe.shape); r && r->alpha.x != r->alpha.y) {
-    const V3f t = r->tangent - lobe.n * r->tangent.dot(lobe.n);
-    if (const float length = t.length(); length > 1e-6f)
-      return {t / length, lobe.n.cross(t / length), lobe.n};
+// Along the tangent of a shape that has one and is not the same all round.
+template <class Shape>
+[[nodiscard]] Frame frame_of(const Shape& shape, const V3f& n) noexcept {
+  if constexpr (requires { shape.tangent; }) {
+    if (shape.alpha.x != shape.alpha.y) {
+      const V3f t = shape.tangent - n * shape.tangent.dot(n);
+      if (const float length = t.length(); length > 1e-6f) return {t / length, n.cross(t / length), n};
+    }
   }
-  return Frame(lobe.n);
+  return Frame(n);
+}
+
+[[nodiscard]] Frame frame_of(const Lobe& lobe) noexcept {
+  return std::visit([&](const auto& shape) { return frame_of(shape, lobe.n); }, lobe.shape);
 }
 
 // Losses of the coatings above a lobe, read on the eye's side (photon paths; see Lobe::under).
@@ -55,8 +62,7 @@ namespace {
 }
 
 [[nodiscard]] float eta_of(const Lobe& lobe) noexcept {
-  const auto* refraction = std::get_if<Refraction>(&lobe.shape);
-  return refraction ? refraction->eta : 1;
+  return std::visit([](const auto& shape) { return eta_of(shape); }, lobe.shape);
 }
 
 [[nodiscard]] float total_choice(const Bsdf& bsdf, EventMask mask) noexcept {

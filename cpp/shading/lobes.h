@@ -7,6 +7,13 @@
 //   sample_shape  i, with weight = eval / pdf; false: no such direction (counted in the albedo as a loss)
 //   albedo_shape  ∫ eval over i
 // Delta shapes (is_delta) have eval and pdf 0; their sample has the whole weight and pdf 1.
+//
+// Each shape says three things about itself, from which the rest follows:
+//   sampling  by the cosine (then pdf_shape, sample_shape, is_delta, angular_width need no overload), or its
+//   own side      on which light leaves; one that refracts has a member `eta`, far side / near side response
+//   uniform: f is the same for all pairs of directions, so the albedo knows no direction; broad or
+//             peaked otherwise; a peaked one may have a tangent, which turns its frame
+// A shape that forgets one of them, or an overload, does not compile (tests/python/test_closed_sets.py).
 #pragma once
 #include <variant>
 
@@ -16,22 +23,53 @@
 
 namespace sluice {
 
-struct Lambert {};
-struct Translucent {};  // Lambert on the other side
-struct OrenNayar {      // Fujii's form, as Cycles' Diffuse BSDF
+enum class Sampling { Cosine, Own };
+enum class LeavesOn { NearSide, FarSide, FarSideRefracted };
+enum class Response { Uniform, Broad, Peaked };
+
+struct Lambert {
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Uniform;
+};
+struct Translucent {  // Lambert on the other side
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::FarSide;
+  static constexpr auto response = Response::Uniform;
+};
+struct OrenNayar {  // Fujii's form, as Cycles' Diffuse BSDF
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Broad;
   float roughness;
 };
 struct Burley {  // Disney's diffuse, of Blender 3's Principled
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Broad;
   float roughness;
 };
-struct DisneySheen {};  // Schlick's factor at the half vector, of Blender 3's Principled
-struct Velvet {         // Ashikhmin's, of Blender 3's Velvet node
+struct DisneySheen {  // Schlick's factor at the half vector, of Blender 3's Principled
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Broad;
+};
+struct Velvet {  // Ashikhmin's, of Blender 3's Velvet node
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Broad;
   float sigma;
 };
 struct Sheen {  // Estevez & Kulla's, with Neubelt's visibility, for Blender 4's Principled and Sheen node
+  static constexpr auto sampling = Sampling::Cosine;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Broad;
   float roughness;
 };
 struct Reflection {
+  static constexpr auto sampling = Sampling::Own;
+  static constexpr auto side = LeavesOn::NearSide;
+  static constexpr auto response = Response::Peaked;
   ggx::Alpha alpha;  // below ggx::smooth_alpha: a mirror
   V3f tangent;       // world space; read when alpha.x != alpha.y
   Fresnel fresnel;
@@ -40,7 +78,10 @@ struct Reflection {
   bool balanced = false;  // the reflecting half of a rough glass that keeps its energy
 };
 struct Refraction {
-  float alpha, eta;       // eta: far side / near side
+  static constexpr auto sampling = Sampling::Own;
+  static constexpr auto side = LeavesOn::FarSideRefracted;
+  static constexpr auto response = Response::Peaked;
+  float alpha, eta;
   Fresnel fresnel;        // what this does not reflect is refracted
   bool lossless = false;  // refracts all of it (the Refraction node)
   bool balanced = false;  // the refracting half of a rough glass that keeps its energy
@@ -54,6 +95,19 @@ struct ShapeSample {
   float pdf;
 };
 
+template <class Shape>
+[[nodiscard]] constexpr bool transmits(const Shape&) noexcept {
+  return Shape::side != LeavesOn::NearSide;
+}
+// η(side of i) / η(side of o)
+template <class Shape>
+[[nodiscard]] constexpr float eta_of(const Shape& shape) noexcept {
+  if constexpr (Shape::side == LeavesOn::FarSideRefracted)
+    return shape.eta;
+  else
+    return 1;
+}
+
 [[nodiscard]] Color eval_shape(const Lambert&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const Translucent&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const OrenNayar&, const V3f& o, const V3f& i) noexcept;
@@ -64,21 +118,20 @@ struct ShapeSample {
 [[nodiscard]] Color eval_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] Color eval_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
 
-// Diffuse shapes are all sampled by the cosine.
-template <class Diffuse>
-[[nodiscard]] float pdf_shape(const Diffuse&, const V3f&, const V3f& i) noexcept {
-  return std::max(0.0f, i.z) / pi;
-}
-[[nodiscard]] inline float pdf_shape(const Translucent&, const V3f&, const V3f& i) noexcept {
-  return std::max(0.0f, -i.z) / pi;
+template <class Shape>
+concept CosineSampled = Shape::sampling == Sampling::Cosine;
+
+template <CosineSampled Shape>
+[[nodiscard]] float pdf_shape(const Shape& shape, const V3f&, const V3f& i) noexcept {
+  return std::max(0.0f, transmits(shape) ? -i.z : i.z) / pi;
 }
 [[nodiscard]] float pdf_shape(const Reflection&, const V3f& o, const V3f& i) noexcept;
 [[nodiscard]] float pdf_shape(const Refraction&, const V3f& o, const V3f& i) noexcept;
 
-template <class Diffuse>
-[[nodiscard]] bool sample_shape(const Diffuse& shape, const V3f& o, const V2f& u, ShapeSample& s) noexcept {
+template <CosineSampled Shape>
+[[nodiscard]] bool sample_shape(const Shape& shape, const V3f& o, const V2f& u, ShapeSample& s) noexcept {
   s.i = sample_cosine(u);
-  if constexpr (std::is_same_v<Diffuse, Translucent>) s.i.z = -s.i.z;
+  if (transmits(shape)) s.i.z = -s.i.z;
   s.pdf = pdf_shape(shape, o, s.i);
   if (!(s.pdf > 0)) return false;
   s.weight = eval_shape(shape, o, s.i) / s.pdf;
@@ -97,8 +150,8 @@ template <class Diffuse>
 [[nodiscard]] Color albedo_shape(const Reflection&, float mu) noexcept;
 [[nodiscard]] Color albedo_shape(const Refraction&, float mu) noexcept;
 
-template <class Diffuse>
-[[nodiscard]] bool is_delta(const Diffuse&) noexcept {
+template <CosineSampled Shape>
+[[nodiscard]] constexpr bool is_delta(const Shape&) noexcept {
   return false;
 }
 [[nodiscard]] inline bool is_delta(const Reflection& r) noexcept {
@@ -110,10 +163,15 @@ template <class Diffuse>
   return r.alpha < ggx::smooth_alpha || bends_nothing(r.eta);
 }
 
-template <class Shape>
-[[nodiscard]] constexpr bool transmits(const Shape&) noexcept {
-  return std::is_same_v<Shape, Translucent> || std::is_same_v<Shape, Refraction>;
+// An angle (rad) over which f changes little; infinite where it does not change at all.
+template <CosineSampled Shape>
+[[nodiscard]] constexpr float angular_width(const Shape&) noexcept {
+  return Shape::response == Response::Uniform ? infinity : 1.0f;
 }
+[[nodiscard]] inline float angular_width(const Reflection& r) noexcept {
+  return std::min({1.0f, r.alpha.x, r.alpha.y});
+}
+[[nodiscard]] inline float angular_width(const Refraction& r) noexcept { return std::min(1.0f, r.alpha); }
 
 // Reflectance for Reflection::multiple: Kulla & Conty's series of bounces between microfacets (2017, eq. 18
 // and appendix).

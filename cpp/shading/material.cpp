@@ -72,7 +72,8 @@ void copy_folded(const Bsdf& folded, const SurfacePoint& point, Bsdf& out) noexc
   out.transparency = folded.transparency;
   for (int k = 0; k < folded.count; ++k) {
     const Lobe& from = folded.lobes[static_cast<std::size_t>(k)];
-    if (std::holds_alternative<Lambert>(from.shape) || std::holds_alternative<Translucent>(from.shape)) {
+    const auto is_uniform = [](const auto& shape) { return shape.response == Response::Uniform; };
+    if (std::visit(is_uniform, from.shape)) {
       Lobe& to = out.lobes[static_cast<std::size_t>(out.count++)];
       to = from;
       to.n = point.ns;
