@@ -31,7 +31,8 @@ def texts(root):
 
 
 def sources(root):
-    return sorted(path for folder in CITING for ending in ("*.h", "*.cpp", "*.py") for path in (root / folder).rglob(ending))
+    found = (path for folder in CITING for ending in ("*.h", "*.cpp", "*.py") for path in (root / folder).rglob(ending))
+    return sorted(path for path in found if path.name != Path(__file__).name)  # its examples are bad on purpose
 
 
 def line_of(text, place):
