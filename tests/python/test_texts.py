@@ -151,6 +151,16 @@ def lost_links(root):
     return complaints
 
 
+def unnamed_properties(root):
+    """Public names that section 8 of the design does not tell: properties of artists, render passes."""
+    design = read(root / "docs/design.md")
+    section = re.search(r"^## 8\. .*?(?=^## |\Z)", design, re.MULTILINE | re.DOTALL)
+    told = set(re.findall(r"\w+", section.group())) if section else set()
+    properties = re.findall(r"^    (\w+): \w+Property\(", read(root / "addon/properties.py"), re.MULTILINE)
+    passes = re.findall(r'^    Pass\("(\w+)"', read(root / "addon/passes.py"), re.MULTILINE)
+    return [name for name in properties + passes if name not in told | {"active_layer"}]  # the panel's own
+
+
 def unplaced_steps(root):
     """"Adding a …" in CONTRIBUTING.md: numbered steps in order, each beginning with the path that it is about."""
     complaints = []
@@ -193,6 +203,10 @@ BAD = {
         {"docs/design.md": "## Words\n", "README.md": "[words](docs/design.md#geometry)\n"},
         {"README.md": "# One\n[two](#two)\n"},
     ],
+    unnamed_properties: [
+        {"docs/design.md": "## 8. Names\n`seed`\n", "addon/properties.py": "class A:\n    seed: IntProperty(\n    solo: BoolProperty(name='x')\n"},
+        {"docs/design.md": "## 8. Names\nDepth\n\n## 9. Later\nNormal\n", "addon/passes.py": 'PASSES = (\n    Pass("Depth", "Z"),\n    Pass("Normal", "XYZ"),\n'},
+    ],
     unplaced_steps: [
         {"CONTRIBUTING.md": "## Adding a lobe\n\n1. Write the shape.\n"},
         {"CONTRIBUTING.md": "## Adding a lobe\n\n1. `cpp/a.h`: shape\n3. `cpp/b.h`: list\n"},
@@ -209,6 +223,7 @@ NOT_BAD = {
     lost_paths: {"CONTRIBUTING.md": "`cpp/edit/a.h`, `a.h`, `out/test/`, `L/D*`, `./run test`, `ctest -R a/b`\n```\n`cpp/gone.h`\n```\n", "cpp/edit/a.h": ""},
     lost_tests: {"tests/cpp/a_test.cpp": "TEST(Quad, IsFlat) {}\n", "docs/numerics.md": "`Quad.IsFlat`, `Film.width`, `test_there`\n", "tests/python/test_a.py": "def test_there():\n"},
     lost_links: {"docs/design.md": "## 2. Words, and more\n", "README.md": "[words](docs/design.md#2-words-and-more) [far](https://example.org/x)\n"},
+    unnamed_properties: {"docs/design.md": "## 8. Names\n`seed`, Depth\n", "addon/properties.py": "class A:\n    seed: IntProperty(\n    kept: int = 3\n"},
     unplaced_steps: {"CONTRIBUTING.md": "## Style\n\n1. Short.\n\n## Adding a lobe\n\n1. `cpp/a.h`: shape\n2. `docs/`: word\n"},
 }
 
