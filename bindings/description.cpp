@@ -5,7 +5,10 @@
 #include <pybind11/stl.h>
 
 #include <cstring>
+#include <optional>
+#include <type_traits>
 
+#include "base/enum_names.h"
 #include "base/error.h"
 
 namespace sluice {
@@ -47,6 +50,13 @@ class Reader {
       to = {c[0], c[1], c[2]};
     } catch (const std::exception&) { refuse(item_, key, "must be three numbers"); }
   }
+  template <class T>
+  void property(const char* key, T& to) const {
+    if constexpr (std::is_same_v<T, Color>)
+      vector(key, to);
+    else
+      value(key, to);
+  }
   // Column-vector convention outside, row vectors inside.
   void matrix(const char* key, M44d& to) const {
     if (!has(key)) return;
@@ -68,17 +78,14 @@ class Reader {
       std::memcpy(static_cast<void*>(to.data()), a.data(),
                   static_cast<std::size_t>(a.size()) * sizeof(Scalar));
   }
-  template <class Enum, std::size_t N>
-  void choice(const char* key, const std::array<const char*, N>& names, Enum& to) const {
+  template <class Enum>
+  void choice(const char* key, Enum& to) const {
     if (!has(key)) return;
     std::string text;
     value(key, text);
-    for (std::size_t i = 0; i < N; ++i)
-      if (text == names[i]) {
-        to = static_cast<Enum>(i);
-        return;
-      }
-    refuse(item_, key, "cannot be '" + text + "'");
+    const std::optional<Enum> named = value_named<Enum>(text);
+    if (!named) refuse(item_, key, "cannot be '" + text + "'");
+    to = *named;
   }
   template <class T, class Read>
   void list(const char* key, std::vector<T>& to, Read&& read) const {
@@ -155,8 +162,8 @@ InstanceDescription read_instance(Reader& r) {
 LightDescription read_light(Reader& r) {
   LightDescription l;
   r.value("names", l.names), r.rename(first_of(l.names));
-  r.choice("kind", std::array{"Point", "Spot", "Sun", "Area"}, l.kind);
-  r.choice("shape", std::array{"Square", "Rectangle", "Disk", "Ellipse"}, l.shape);
+  r.choice("kind", l.kind);
+  r.choice("shape", l.shape);
   r.matrix("matrix", l.matrix), r.vector("color", l.color), r.value("power", l.power),
       r.value("radius", l.radius), r.value("angle", l.angle);
   r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend),
@@ -192,7 +199,7 @@ Image read_image(Reader& r) {
   ColorSpace space = ColorSpace::SRGB;
   r.value("name", image.name), r.rename(image.name);
   r.value("width", image.width), r.value("height", image.height);
-  r.choice("color_space", std::array{"Linear", "SRGB", "NonColor"}, space);
+  r.choice("color_space", space);
   std::vector<float> rgba;
   r.rows<float>("rgba", rgba);
   if (rgba.empty()) return image;
@@ -222,11 +229,7 @@ EditDescription read_edit(Reader& r) {
     ExitDescription exit;
     x.part("quad", [&](Reader& quad) { exit.quad = read_quad(quad); });
     x.rename(exit.quad.name);
-    x.value("intensity", exit.intensity), x.value("hue_shift", exit.hue_shift), x.vector("tint", exit.tint),
-        x.value("keep_brightness", exit.keep_brightness);
-    x.value("intensity_texture", exit.intensity_texture),
-        x.value("hue_shift_texture", exit.hue_shift_texture);
-    x.value("normal_map", exit.normal_map);
+    for_each_property(exit, [&](const char* key, auto& member, const auto&) { x.property(key, member); });
     return exit;
   });
   return e;
@@ -234,9 +237,9 @@ EditDescription read_edit(Reader& r) {
 
 void read_camera(Reader& r, CameraDescription& c) {
   r.value("name", c.name), r.rename(c.name);
-  r.choice("kind", std::array{"Perspective", "Orthographic"}, c.kind), r.matrix("matrix", c.matrix);
+  r.choice("kind", c.kind), r.matrix("matrix", c.matrix);
   r.value("lens", c.lens), r.value("sensor_width", c.sensor_width), r.value("sensor_height", c.sensor_height);
-  r.choice("sensor_fit", std::array{"Auto", "Horizontal", "Vertical"}, c.sensor_fit);
+  r.choice("sensor_fit", c.sensor_fit);
   r.value("ortho_scale", c.ortho_scale), r.value("shift_x", c.shift_x), r.value("shift_y", c.shift_y);
   r.value("clip_start", c.clip_start), r.value("clip_end", c.clip_end);
   r.value("aperture_radius", c.aperture_radius), r.value("focus_distance", c.focus_distance);
@@ -266,6 +269,13 @@ void read_shot_into(Reader& r, ShotDescription& s) {
 }
 
 }  // namespace
+
+std::vector<std::string> exit_properties() {
+  std::vector<std::string> names;
+  ExitProperties any;
+  for_each_property(any, [&](const char* name, const auto&, const auto&) { names.push_back(name); });
+  return names;
+}
 
 SceneDescription read_description(const py::dict& scene) {
   SceneDescription s;

@@ -13,5 +13,6 @@ namespace sluice {
 [[nodiscard]] SceneDescription read_description(const pybind11::dict& scene);
 [[nodiscard]] ShotDescription read_shot(const pybind11::dict& shot);  // the keys of a scene that a shot has
 [[nodiscard]] RenderSettings read_settings(const pybind11::dict& settings);
+[[nodiscard]] std::vector<std::string> exit_properties();  // keys of an exit beside its quad
 
 }  // namespace sluice

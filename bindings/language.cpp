@@ -5,33 +5,21 @@
 
 #include "base/error.h"
 #include "bindings/parts.h"
-#include "edit/accepts.h"
-#include "edit/automaton.h"
-#include "edit/expression.h"
+#include "expr/accepts.h"
+#include "expr/expression.h"
+#include "expr/side.h"
+#include "expr/unknown_names.h"
 
 namespace py = pybind11;
 
 namespace sluice {
 namespace {
 
-// What an expression says of names that nothing bears.
-py::list unknown_names(const Expression& expression, const std::vector<std::string>& names) {
-  const Rule rule{.name = {}, .expression = &expression};
-  std::vector<Entity> entities;
-  for (const std::string& name : names) entities.push_back({{name}});
-  Warnings warnings;
-  // objects, lights, collections and entries alike
-  warn_unknown_names(std::span(&rule, 1), entities, entities, warnings);
-  py::list messages;
-  for (const Warning& warning : warnings) messages.append(warning.message);
-  return messages;
-}
-
 py::dict check_expression(const std::string& text, const std::vector<std::string>& names) {
-  const Side side = check_edit_expression(text);
+  const Expression expression = parse_expression(text);
   py::dict d;
-  d["side"] = side == Side::Light ? "light" : "view",
-  d["warnings"] = unknown_names(parse_expression(text), names);
+  d["side"] = name_of(side_of(expression));
+  d["warnings"] = unknown_names(expression, names);
   return d;
 }
 
@@ -39,15 +27,6 @@ py::dict check_layer_expression(const std::string& text, const std::vector<std::
   py::dict d;
   d["warnings"] = unknown_names(parse_layer_expression(text), names);
   return d;
-}
-
-std::string letter_of(EventMask kinds) {
-  static constexpr std::pair<Event, const char*> letters[] = {
-      {Event::L, "L"}, {Event::E, "E"}, {Event::D, "D"}, {Event::S, "S"}, {Event::F, "F"}};
-  if (kinds == any_lobe) return "X";
-  for (const auto& [kind, letter] : letters)
-    if (kinds & mask_of(kind)) return letter;  // D and S hold G too
-  return "G";
 }
 
 // ("atom", negated, ((letter, (name, …)), …)), ("sequence", node, …), ("choice", node, …), ("repeat", node,
@@ -58,11 +37,11 @@ py::tuple tree_of(const Expression& expression, int index) {
   if (node.kind == SyntaxNode::Kind::Atom) {
     const Atom& atom = expression.atoms[static_cast<std::size_t>(node.atom)];
     for (const Symbol& symbol : atom.symbols)
-      parts.append(py::make_tuple(letter_of(symbol.kinds), py::tuple(py::cast(symbol.names))));
-    return py::make_tuple("atom", atom.negated, py::tuple(parts));
+      parts.append(
+          py::make_tuple(std::string(1, letter_of(symbol.kinds)), py::tuple(py::cast(symbol.names))));
+    return py::make_tuple(name_of(node.kind), atom.negated, py::tuple(parts));
   }
-  static constexpr const char* kinds[] = {"atom", "sequence", "choice", "repeat"};
-  parts.append(kinds[static_cast<int>(node.kind)]);
+  parts.append(name_of(node.kind));
   for (const int child : node.children) parts.append(tree_of(expression, child));
   if (node.kind == SyntaxNode::Kind::Repeat) {
     parts.append(node.min);

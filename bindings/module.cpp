@@ -3,6 +3,7 @@
 // released in every call that may take longer than a millisecond; nothing in the core calls Python.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <cstring>
 
@@ -74,6 +75,8 @@ PYBIND11_MODULE(sluice_core, m) {
   m.def(
       "shading_normals", &shading_normals, py::arg("mesh"),
       "One row per corner of a triangle of a mesh's description, as renders take them; none if it is flat.");
+
+  m.attr("exit_properties") = py::tuple(py::cast(exit_properties()));
 
   define_session(m);
 }

@@ -20,11 +20,8 @@ py::object or_none(double value) {
 
 py::dict progress_of(const Session& session) {
   const Progress p = session.progress();
-  static constexpr const char* states[] = {"idle",     "compiling", "rendering",
-                                           "finished", "cancelled", "failed"};
-  static constexpr const char* reasons[] = {"", "passes", "time", "error", "cancelled"};
   py::dict d;
-  d["state"] = states[static_cast<int>(p.state)], d["stop_reason"] = reasons[static_cast<int>(p.stop_reason)];
+  d["state"] = name_of(p.state), d["stop_reason"] = name_of(p.stop_reason);
   d["pass"] = p.pass, d["passes"] = p.passes, d["photons"] = p.photons, d["seconds"] = p.seconds;
   d["seconds_left"] = or_none(p.seconds_left), d["error_estimate"] = or_none(p.relative_error);
   d["unmet"] = p.unmet;
@@ -39,59 +36,55 @@ py::dict progress_of(const Session& session) {
   return d;
 }
 
+py::dict edit_of(const RenderStatistics& s, std::size_t e) {
+  const EditCounts& counts = s.counts.edits[e];
+  py::dict d;
+  d["name"] = s.edit_names[e];
+  d["matched"] = counts.matched, d["moved"] = counts.moved, d["capped"] = counts.capped;
+  d["floats"] = s.edit_floats[e].distance, d["side"] = s.edit_floats[e].side;
+  d["energy_in"] = counts.energy_in, d["energy_out"] = counts.energy_out;
+  d["acted"] = counts.has_acted(), d["share"] = e < s.shares.edits.size() ? s.shares.edits[e] : 0.0;
+  d["seconds"] = counts.seconds / s.threads;
+  if (e < s.arrivals.size()) {
+    const Arrivals& found = s.arrivals[e];
+    py::list arrivals;
+    for (const auto& kind : found.kinds) arrivals.append(py::make_tuple(kind.expression, kind.share));
+    d["probed"] = found.probed, d["crossed"] = found.crossed, d["arrivals"] = arrivals;
+    d["taken"] = found.taken, d["taker"] = found.taker;
+  }
+  return d;
+}
+
+// Those of work at the top, as "rays" both kinds together.
+void add_counts(py::dict& d, const Counts& counts) {
+  py::dict dropped, ledger;
+  for (const WorkCounter& counter : work_counters) d[counter.name] = counts.*counter.value;
+  d["rays"] = counts.rays + counts.shadow_rays;
+  for (const DropCounter& counter : drop_counters) dropped[counter.name] = counts.*counter.value;
+  for (const LedgerTerm& term : ledger_terms) ledger[term.name] = counts.ledger.*term.value;
+  d["dropped"] = dropped, d["ledger"] = ledger;
+}
+
 py::dict statistics_of(const Session& session) {
-  const Statistics s = session.statistics();
-  const Counts& c = s.counts;
-  py::dict d, seconds, dropped, ledger;
+  const RenderStatistics s = session.statistics();
+  py::dict d, seconds;
   py::list effects, edits, layers, unmet;
-  seconds["compile"] = s.seconds[0], seconds["guide"] = s.seconds[1], seconds["photons"] = s.seconds[2],
-  seconds["view"] = s.seconds[3];
+  add_counts(d, s.counts);
+  d["ledger"]["worst_residual"] = s.worst_ledger_residual;
+  for (int i = 0; i < phase_count; ++i)
+    seconds[name_of(static_cast<Phase>(i))] = s.seconds[static_cast<std::size_t>(i)];
   for (const auto& reason : s.reasons) effects.append(py::make_tuple(reason.effect, reason.runs, reason.why));
-  for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) {
-    py::dict edit;
-    edit["name"] = s.edit_names[e], edit["matched"] = c.edits[e].matched, edit["moved"] = c.edits[e].moved,
-    edit["capped"] = c.edits[e].capped;
-    edit["floats"] = s.edit_floats[e].distance, edit["side"] = s.edit_floats[e].side;
-    edit["energy_in"] = c.edits[e].energy_in, edit["energy_out"] = c.edits[e].energy_out;
-    edit["acted"] = c.edits[e].has_acted(), edit["share"] = e < s.edit_shares.size() ? s.edit_shares[e] : 0.0,
-    edit["seconds"] = c.edits[e].seconds / s.threads;
-    if (e < s.arrivals.size()) {
-      py::list arrivals;
-      for (const auto& kind : s.arrivals[e].kinds)
-        arrivals.append(py::make_tuple(kind.expression, kind.share));
-      edit["probed"] = s.arrivals[e].probed, edit["crossed"] = s.arrivals[e].crossed,
-      edit["arrivals"] = arrivals;
-      edit["taken"] = s.arrivals[e].taken, edit["taker"] = s.arrivals[e].taker;
-    }
-    edits.append(edit);
-  }
-  for (const LayerShare& l : s.layers) {
-    py::dict layer;
-    layer["name"] = l.name, layer["expression"] = l.expression, layer["share"] = l.share;
-    layers.append(layer);
-  }
+  for (std::size_t e = 0; e < s.counts.edits.size() && e < s.edit_names.size(); ++e)
+    edits.append(edit_of(s, e));
+  for (const LayerShare& l : s.shares.layers)
+    layers.append(
+        py::dict(py::arg("name") = l.name, py::arg("expression") = l.expression, py::arg("share") = l.share));
   for (const UnmetShare& each : s.unmet)
     unmet.append(py::dict(py::arg("name") = each.name, py::arg("share") = each.share));
-  dropped["non_finite"] = c.non_finite, dropped["adjoint_clamped"] = c.adjoint_clamped,
-  dropped["depth_capped"] = c.depth_capped;
-  dropped["gates_capped"] = c.gates_capped, dropped["split_capped"] = c.split_capped,
-  dropped["grazing_dropped"] = c.grazing_dropped;
-  dropped["alpha_capped"] = c.alpha_capped, dropped["states_capped"] = c.states_capped;
-  ledger["emitted"] = c.ledger.emitted, ledger["added"] = c.ledger.added,
-  ledger["sampling"] = c.ledger.sampling;
-  ledger["absorbed"] = c.ledger.absorbed, ledger["escaped"] = c.ledger.escaped,
-  ledger["removed"] = c.ledger.removed;
-  ledger["capped"] = c.ledger.capped, ledger["clamped"] = c.ledger.clamped,
-  ledger["worst_residual"] = s.worst_ledger_residual;
-  d["report"] = describe(s), d["seconds"] = seconds, d["effects"] = effects, d["edits"] = edits,
-  d["layers"] = layers, d["dropped"] = dropped, d["ledger"] = ledger;
-  d["rays"] = c.rays + c.shadow_rays, d["photon_paths"] = c.photon_paths,
-  d["photons_stored"] = c.photons_stored;
-  d["view_paths"] = c.view_paths, d["gathers"] = c.gathers, d["photons_gathered"] = c.photons_gathered,
-  d["edit_queries"] = c.edit_queries;
-  d["bytes_per_photon"] = s.bytes_per_photon, d["triangles"] = s.triangles, d["threads"] = s.threads,
-  d["guide_hash"] = hex(s.guide_hash);
-  d["radius"] = s.radius, d["unmet"] = unmet;
+  d["report"] = describe(s), d["seconds"] = seconds, d["effects"] = effects, d["edits"] = edits;
+  d["layers"] = layers, d["unmet"] = unmet;
+  d["bytes_per_photon"] = s.bytes_per_photon, d["triangles"] = s.triangles, d["threads"] = s.threads;
+  d["guide_hash"] = hex(s.guide_hash), d["radius"] = s.radius;
   return d;
 }
 
@@ -124,6 +117,10 @@ py::object snapshot_of(const Session& session, const std::vector<std::string>& n
 }  // namespace
 
 void define_session(py::module_& m) {
+  py::list passes;
+  for (const Film::PassName& pass : Film::fixed_passes())
+    passes.append(py::make_tuple(pass.name, pass.channels));
+  m.attr("passes") = py::tuple(passes);  // ((name, channels), …) of every picture, whatever its layers
   py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session", py::module_local(),
                                                                   "One render: start, poll, read pictures.")
       .def(py::init<>())

@@ -13,6 +13,14 @@
 namespace sluice {
 
 enum class ColorSpace : std::uint8_t { Linear, SRGB, NonColor };
+[[nodiscard]] constexpr const char* name_of(ColorSpace value) noexcept {
+  switch (value) {
+    case ColorSpace::Linear: return "Linear";
+    case ColorSpace::SRGB: return "SRGB";
+    case ColorSpace::NonColor: return "NonColor";
+  }
+  return nullptr;
+}
 
 // Pixels as float RGBA, row 0 at the bottom (v = 0), decoded to linear unless NonColor; straight
 // (unassociated) alpha as Blender shows it.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "edit/compile_edits.h"
+
 #include <algorithm>
-#include <limits>
 #include <map>
-#include <string_view>
 #include <tuple>
 
-#include "edit/gates.h"
+#include "expr/unknown_names.h"
 
 namespace sluice {
 
@@ -170,16 +170,30 @@ class EditsBuilder {
 
   Exit read_exit(const ExitDescription& d, const Quad& quad, double entry_area) {
     Exit x;
+    static_cast<ExitProperties&>(x) = d;
     x.quad = quad;
     x.name = d.quad.name;
-    x.intensity = checked(d.intensity, 0, max_intensity, 1, x.name, "intensity", warnings_);
-    x.hue_shift = checked(d.hue_shift, std::numeric_limits<float>::lowest(),
-                          std::numeric_limits<float>::max(), 0, x.name, "hue_shift", warnings_);
-    x.tint = checked_tint(d.tint, x.name, warnings_);
-    // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on
-    // (design §4).
-    const double ratio = x.quad.area / entry_area;
-    if (!d.keep_brightness) {
+    for_each_property(
+        x, [&](const char* what, auto& value, const auto& rule) { check(value, rule, what, x.name); });
+    set_area_ratio(x, quad.area / entry_area);
+    return x;
+  }
+
+  void check(float& value, const NumberRule& rule, const char* what, const std::string& exit) {
+    value = checked(value, rule.low, rule.high, rule.if_no_number, exit, what, warnings_);
+  }
+  void check(Color& value, const TintRule&, const char*, const std::string& exit) {
+    value = checked_tint(value, exit, warnings_);
+  }
+  void check(bool&, const SwitchRule&, const char*, const std::string&) {}
+  void check(int& image, const TextureRule& rule, const char* what, const std::string& exit) {
+    image = texture(image, rule, exit, what);
+  }
+
+  // σ of the paper acts on flux. For radiance the same law reads σ · entry / exit, which is 1 when σ is on
+  // (design §4).
+  void set_area_ratio(Exit& x, double ratio) {
+    if (!x.keep_brightness) {
       x.radiance_ratio = static_cast<float>(1 / ratio);
     } else if (ratio > static_cast<double>(max_area_ratio)) {
       warnings_.push_back({x.name,
@@ -190,14 +204,10 @@ class EditsBuilder {
     } else {
       x.area_ratio = static_cast<float>(ratio);
     }
-    x.intensity_texture = texture(d.intensity_texture, x.name, "intensity_texture");
-    x.hue_shift_texture = texture(d.hue_shift_texture, x.name, "hue_shift_texture");
-    x.normal_map = texture(d.normal_map, x.name, "normal_map");
-    return x;
   }
 
   // The edits keep copies of the images they use: a compiled scene does not point into its description.
-  int texture(int image, const std::string& exit, const char* what) {
+  int texture(int image, const TextureRule& rule, const std::string& exit, const char* what) {
     if (image < 0) return -1;
     const auto i = static_cast<std::size_t>(image);
     if (i >= images_.size() || images_[i].empty()) {
@@ -207,9 +217,7 @@ class EditsBuilder {
           {exit, name + " of " + what + " cannot be read; the exit's own number is used alone"});
       return -1;
     }
-    const std::size_t broken =
-        images_[i].sanitised +
-        (std::string_view(what) == "intensity_texture" ? negative_texels(images_[i]) : 0);
+    const std::size_t broken = images_[i].sanitised + (rule.is_light ? negative_texels(images_[i]) : 0);
     if (broken > 0)
       warnings_.push_back({exit, std::to_string(broken) + " pixels of the image '" + images_[i].name +
                                      "' of " + what + " are negative or no numbers; they count as 0"});
@@ -237,9 +245,6 @@ class EditsBuilder {
     // Light from infinity starts outside of all bounds, hence the factor.
     const int groups = place_quads(list, edits_.delta_, 4 * largest_coordinate(all, space_.centre), cancel_);
     edits_.groups_.resize(static_cast<std::size_t>(groups));
-    for (const Quad* q : list)
-      for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(1, 1)})
-        edits_.bounds_.extendBy(q->point(uv));
   }
 
   void compile_expressions(std::span<const Entity> entities) {

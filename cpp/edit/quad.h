@@ -9,7 +9,7 @@
 
 #include "base/cancel.h"
 #include "base/math.h"
-#include "edit/edit.h"
+#include "edit/description.h"
 
 namespace sluice {
 
@@ -42,7 +42,7 @@ struct QuadHit {
   V2d uv;  // in [0, 1]²
 };
 
-inline constexpr double least_cosine = 1e-6;
+inline constexpr double min_cosine = 1e-6;
 
 // World corners, (0,0) (1,0) (0,1) (1,1); empty for numbers that are not finite, or beyond 1e15.
 [[nodiscard]] std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& description) noexcept;

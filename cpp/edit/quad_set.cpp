@@ -158,7 +158,7 @@ void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Fo
   const Test& q = tests_[i];
   const double cosine = q.normal.x * d.x + q.normal.y * d.y + q.normal.z * d.z;
   const double t = (q.offset - (q.normal.x * o.x + q.normal.y * o.y + q.normal.z * o.z)) / cosine;
-  if (!(std::abs(cosine) >= least_cosine && t > segment.t_min && t <= t_max)) return;
+  if (!(std::abs(cosine) >= min_cosine && t > segment.t_min && t <= t_max)) return;
   const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
   const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
   if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) return;

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "edit/edit_set.h"
 #include "edit/quad.h"
+#include "expr/edit_set.h"
 
 namespace sluice {
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <span>
+#include <string_view>
 
 namespace sluice {
 namespace {
@@ -16,7 +17,7 @@ std::string format(const char* pattern, Args... args) {
 }
 
 // Of an edit. View paths carry no energy.
-std::string figures(const Statistics& s, std::size_t e) {
+std::string figures(const RenderStatistics& s, std::size_t e) {
   const EditCounts& edit = s.counts.edits[e];
   std::string text =
       "edit " + s.edit_names[e] +
@@ -26,14 +27,14 @@ std::string figures(const Statistics& s, std::size_t e) {
     text += format(", energy out / in %.4g, took %.3g %% of the lamps' light",
                    edit.energy_out / edit.energy_in, 100 * edit.energy_in / s.counts.ledger.emitted);
   if (edit.matched == 0 && edit.has_acted()) text += ", took light on its way to the eye";
-  if (e < s.edit_shares.size() && (edit.moved > 0 || edit.shown > 0))
-    text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.edit_shares[e],
+  if (e < s.shares.edits.size() && (edit.moved > 0 || edit.shown > 0))
+    text += format(", makes %.3g %% of the picture's light, about %.2g s", 100 * s.shares.edits[e],
                    edit.seconds / s.threads);
   return text + '\n';
 }
 
 // Edits that took no light, and what light there was.
-std::string missed(const Statistics& s) {
+std::string missed(const RenderStatistics& s) {
   std::string text;
   for (std::size_t e = 0; e < s.arrivals.size() && e < s.counts.edits.size(); ++e) {
     const Arrivals& found = s.arrivals[e];
@@ -51,20 +52,42 @@ std::string missed(const Statistics& s) {
   return text;
 }
 
+std::string times(const RenderStatistics& s) {
+  std::string text = "time: ";
+  for (int i = 0; i < phase_count; ++i)
+    text += format("%s%s %.2f s", i > 0 ? ", " : "", name_of(static_cast<Phase>(i)),
+                   s.seconds[static_cast<std::size_t>(i)]);
+  return text + format(" on %d threads\n", s.threads);
+}
+
+// "dropped: 3 not finite; clamped: …": every counter, also those of nothing.
+std::string drops(const Counters& counters) {
+  std::string text;
+  std::string_view last;
+  for (const DropCounter& counter : drop_counters) {
+    if (counter.fate != last)
+      text += (text.empty() ? "" : "; ") + std::string(counter.fate) + ": ";
+    else
+      text += ", ";
+    text += std::to_string(counters.*counter.value) + counter.how;
+    last = counter.fate;
+  }
+  return text + '\n';
+}
+
 double millions(std::uint64_t n) { return static_cast<double>(n) * 1e-6; }
 
 }  // namespace
 
 std::string hex(std::uint64_t hash) { return format("%016llx", static_cast<unsigned long long>(hash)); }
 
-std::string describe(const Statistics& s) {
+std::string describe(const RenderStatistics& s) {
   const Counts& c = s.counts;
   std::string text;
   for (const auto& reason : s.reasons)
     text +=
         format("%s: %s (%s)\n", reason.effect.c_str(), reason.runs ? "ran" : "skipped", reason.why.c_str());
-  text += format("time: compile %.2f s, guide %.2f s, photons %.2f s, view %.2f s on %d threads\n",
-                 s.seconds[0], s.seconds[1], s.seconds[2], s.seconds[3], s.threads);
+  text += times(s);
   text += format(
       "work: %zu triangles, %.2f M rays, %.2f M photon paths, %.2f M photons stored, %.2f M view paths, %.2f "
       "M gathers of %.1f photons\n",
@@ -74,7 +97,7 @@ std::string describe(const Statistics& s) {
   text += format("radius: %.4g m, caustics %.4g m (first pass)\n", static_cast<double>(s.radius[0]),
                  static_cast<double>(s.radius[1]));
   for (std::size_t e = 0; e < c.edits.size() && e < s.edit_names.size(); ++e) text += figures(s, e);
-  for (const LayerShare& layer : s.layers)
+  for (const LayerShare& layer : s.shares.layers)
     text += "layer " + layer.name + ": " + layer.expression +
             format(", %.3g %% of the picture's light\n", 100 * layer.share);
   text += missed(s);
@@ -86,14 +109,7 @@ std::string describe(const Statistics& s) {
                 "the noise told does not know of it\n",
                 100 * unmet.share);
   if (s.unmet.size() > told) text += format("not met: %zu more\n", s.unmet.size() - told);
-  text += format(
-      "dropped: %llu not finite; clamped: %llu at shading normals; capped: %llu by depth, %llu by gates, "
-      "%llu by alpha layers, %llu by states, %llu splits; "
-      "grazing exits: %llu\n",
-      static_cast<unsigned long long>(c.non_finite), static_cast<unsigned long long>(c.adjoint_clamped),
-      static_cast<unsigned long long>(c.depth_capped), static_cast<unsigned long long>(c.gates_capped),
-      static_cast<unsigned long long>(c.alpha_capped), static_cast<unsigned long long>(c.states_capped),
-      static_cast<unsigned long long>(c.split_capped), static_cast<unsigned long long>(c.grazing_dropped));
+  text += drops(c);
   text += format("energy ledger: closes to %.1e of what was emitted\n", s.worst_ledger_residual);
   return text;
 }

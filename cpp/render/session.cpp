@@ -2,13 +2,12 @@
 #include "render/session.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <new>
 #include <stdexcept>
 #include <system_error>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
 #include "transport/sample_pilot.h"
@@ -36,18 +35,6 @@ std::vector<std::string> layer_names(const Scene& scene) {
     names.push_back(layer.name);
   }
   return names;
-}
-
-// By the names that the artist knows them by.
-std::vector<UnmetShare> unmet_of(const Scene& scene, const Guide& guide) {
-  std::vector<UnmetShare> named;
-  for (const auto& [light, effect, share] : guide.unmet) {
-    const std::vector<std::string> none,
-        &names =
-            light < 0 ? none : scene.entities()[static_cast<std::size_t>(scene.light_entity(light))].names;
-    named.push_back({names.empty() ? effect : names.front(), share});
-  }
-  return named;
 }
 
 void switch_off(std::vector<EditDescription>& edits) {
@@ -83,22 +70,7 @@ void Session::launch(RenderSettings settings, Compile compile) {
   {
     const std::lock_guard lock(lock_);
     if (progress_.state != State::Idle) throw std::logic_error("a session renders once: make a new one");
-    settings_ = std::move(settings);
-    if (settings_.threads <= 0) settings_.threads = hardware_threads();
-    settings_.threads = std::min(settings_.threads, 4 * hardware_threads());
-    settings_.passes = std::clamp(settings_.passes, 1, 1 << 28);
-    // whatever a file says: these bounds keep every index and radius meaningful
-    TransportSettings& t = settings_.transport;
-    t.photons = std::clamp(t.photons, 1, 1 << 28);
-    t.pilot_paths = std::clamp(t.pilot_paths, 1 << 10, 1 << 24);
-    t.max_depth = std::clamp(t.max_depth, 1, 250);
-    const auto bound = [](float& x, float least, float otherwise) {
-      x = std::isfinite(x) ? std::clamp(x, least, 100.0f) : otherwise;
-    };
-    bound(t.caustic_radius_factor, 0.1f, TransportSettings().caustic_radius_factor);
-    bound(t.caustic_radius_range, 1, TransportSettings().caustic_radius_range);
-    bound(t.soft_range, 1, TransportSettings().soft_range);
-    t.pilot_paths = std::min(t.pilot_paths, std::max(t.photons, TransportSettings::short_pilot));
+    settings_ = bounded(std::move(settings));
     if (settings_.use_animated_seed)
       settings_.transport.seed = mix(settings_.transport.seed, static_cast<std::uint64_t>(settings_.frame));
     progress_.state = State::Compiling;
@@ -187,7 +159,8 @@ void Session::render_scene(const Scene& scene) {
     const bool block_ends = (pass + 1) % passes_per_block == 0;
     if (block_ends) close_film_block();
     const double view_seconds = seconds_since(view_begin);
-    record_pass(counts, photons, photon_seconds, view_seconds);
+    record_pass({counts, photons.all.size(), photons.all.bytes() + photons.close.bytes(), photon_seconds,
+                 view_seconds});
     stop = should_stop(photon_seconds + view_seconds);
   }
   close_film_block();
@@ -205,7 +178,7 @@ void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonS
   for (std::size_t i = 0; i < std::min<std::size_t>(unmet.size(), 3); ++i)
     progress_.unmet.push_back(unmet[i].name);
   statistics_.unmet = std::move(unmet);
-  statistics_.seconds[static_cast<std::size_t>(Phase::Guide)] = seconds_since(begin_) - photon_seconds;
+  statistics_.seconds_of(Phase::Guide) = seconds_since(begin_) - photon_seconds;
   statistics_.guide_hash = guide.hash();
   statistics_.radius = {guide.radius, guide.caustic_radius};
 }
@@ -225,17 +198,8 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
     film_ = std::move(film);
   }
   const std::lock_guard lock(lock_);
-  statistics_.seconds[static_cast<std::size_t>(Phase::Compile)] = seconds_since(begin_);
-  statistics_.reasons = effects.reasons;
-  statistics_.triangles = scene.triangle_count();
-  statistics_.threads = settings_.threads;
-  for (int e = 0; e < scene.edits().size(); ++e) {
-    const Quad& entry = scene.edits()[e].entry;
-    statistics_.edit_names.push_back(scene.edits()[e].name);
-    statistics_.edit_floats.push_back(
-        {scene.edits().delta() + entry.offset, std::min(entry.edge_u.length(), entry.edge_v.length())});
-  }
-  statistics_.counts.edits.resize(statistics_.edit_names.size());
+  statistics_.seconds_of(Phase::Compile) = seconds_since(begin_);
+  statistics_.start(scene, effects, settings_.threads);
   progress_.state = State::Rendering;
   begin_ = Clock::now();
 }
@@ -245,59 +209,40 @@ void Session::close_film_block() {
   film_->close_block();
 }
 
-// What layers and edits make up of the picture.
 void Session::measure_shares(const Scene& scene) {
-  std::vector<LayerShare> layers;
-  const double whole = film_->mean_luminance("Combined");
-  const auto share = [whole](double part) { return whole > 0 ? part / whole : 0; };
-  for (const LayerDescription& layer : scene.edits().layers())
-    layers.push_back({layer.name, layer.expression, share(film_->mean_luminance(layer.name))});
+  // what is read here is written by this thread alone
+  PictureShares shares = shares_of(scene, *film_, statistics_.counts, progress_.pass);
   const std::lock_guard lock(lock_);
-  statistics_.layers = std::move(layers);
-  const double samples = static_cast<double>(progress_.pass) * film_->width() * film_->height();
-  for (const EditCounts& edit : statistics_.counts.edits)
-    statistics_.edit_shares.push_back(samples > 0 ? share(edit.shown / samples) : 0);
+  statistics_.shares = std::move(shares);
 }
 
-void Session::record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds,
-                          double view_seconds) {
+void Session::record_pass(const PassRecord& pass) {
   const std::lock_guard lock(lock_);
-  statistics_.counts += counts;
-  // the first that are
-  if (counts.states_capped > 0 && counts.states_capped == statistics_.counts.states_capped)
+  statistics_.record(pass);
+  const std::uint64_t capped = pass.counts.states_capped;
+  if (capped > 0 && capped == statistics_.counts.states_capped)  // the first that are
     warnings_.push_back({"edits",
                          "light goes through more combinations of edits than there is memory to tell apart; "
                          "paths beyond them are dropped (the log "
                          "says how many) and the picture depends on the number of threads: lower Max Edits "
                          "per Path, or let edits take less"});
-  statistics_.seconds[static_cast<std::size_t>(Phase::Photons)] += photon_seconds;
-  statistics_.seconds[static_cast<std::size_t>(Phase::View)] += view_seconds;
-  statistics_.worst_ledger_residual =
-      std::max(statistics_.worst_ledger_residual, counts.ledger.relative_residual());
-  const std::size_t map_bytes = photons.all.bytes() + photons.close.bytes();
-  if (photons.all.size() > 0)
-    statistics_.bytes_per_photon = static_cast<double>(map_bytes) / static_cast<double>(photons.all.size());
   ++progress_.pass;
-  progress_.photons += counts.photon_paths;
-  progress_.memory = film_->bytes() + map_bytes;
+  progress_.photons += pass.counts.photon_paths;
+  progress_.memory = film_->bytes() + pass.map_bytes;
 }
 
-// After each pass. The error is looked at when all streams have as many passes.
+// After each pass.
 StopReason Session::should_stop(double last_pass_seconds) {
-  const int pass = progress_.pass;  // written by this thread alone
   if (cancel_) return StopReason::Cancelled;
-  if (pass % stream_count == 0) {
-    const double error = film_->relative_error();  // only this thread writes to the film
+  // progress_.pass and the film are written by this thread alone
+  Pace pace{.passes = progress_.pass, .last_pass_seconds = last_pass_seconds};
+  if (measures_error_after(pace.passes)) {
+    pace.relative_error = film_->relative_error();
     const std::lock_guard lock(lock_);
-    progress_.relative_error = error;
-    if (settings_.error_target > 0 && pass >= 2 * stream_count && error >= 0 &&
-        error <= settings_.error_target)
-      return StopReason::Error;
+    progress_.relative_error = pace.relative_error;
   }
-  const double seconds = elapsed();
-  if (settings_.time_limit > 0 && seconds + last_pass_seconds / 2 > settings_.time_limit)
-    return StopReason::Time;
-  return pass >= settings_.passes ? StopReason::Passes : StopReason::None;
+  pace.seconds = elapsed();
+  return stop_after(pace, settings_);
 }
 
 void Session::finish(State state, StopReason reason) {
@@ -317,16 +262,7 @@ Progress Session::progress() const {
   Progress now = progress_;
   if (now.state != State::Rendering) return now;
   now.seconds = elapsed();
-  if (now.pass == 0) return now;
-  const double per_pass = now.seconds / now.pass;
-  now.seconds_left = per_pass * (now.passes - now.pass);
-  if (settings_.time_limit > 0)
-    now.seconds_left = std::min(now.seconds_left, std::max(0.0, settings_.time_limit - now.seconds));
-  // error ~ passes^(-1/2) while noise rules: passes needed = passes so far · (error / target)²
-  if (settings_.error_target > 0 && now.relative_error > 0)
-    now.seconds_left =
-        std::min(now.seconds_left,
-                 now.seconds * std::max(0.0, square(now.relative_error / settings_.error_target) - 1));
+  now.seconds_left = seconds_left(now, settings_);
   return now;
 }
 
@@ -335,7 +271,7 @@ Warnings Session::warnings() const {
   return warnings_;
 }
 
-Statistics Session::statistics() const {
+RenderStatistics Session::statistics() const {
   const std::lock_guard lock(lock_);
   return statistics_;
 }

@@ -3,87 +3,27 @@
 // nothing here calls back. Every public function may be called from any thread at any time. Several sessions
 // share nothing.
 #pragma once
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/threads.h"
+#include "render/progress.h"
 #include "render/settings.h"
+#include "render/statistics.h"
 #include "scene/scene.h"
-#include "transport/arrivals.h"
-#include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/film.h"
 #include "transport/guide.h"
 #include "transport/pass.h"
 
 namespace sluice {
-
-enum class State : std::uint8_t { Idle, Compiling, Rendering, Finished, Cancelled, Failed };
-enum class StopReason : std::uint8_t { None, Passes, Time, Error, Cancelled };
-
-struct Failure {
-  std::string message, item;  // item: the edit or object at fault, may be empty
-  int column = 0;             // in the edit's expression, from 1; 0: none
-};
-
-struct Progress {
-  State state = State::Idle;
-  StopReason stop_reason = StopReason::None;
-  int pass = 0, passes = 0;    // finished, wanted
-  std::uint64_t photons = 0;   // light paths emitted
-  double seconds = 0;          // of rendering
-  double seconds_left = -1;    // estimate to the nearest stop; < 0: unknown
-  double relative_error = -1;  // of the picture; < 0: fewer than 4 passes
-  // the first of the lights and effects that it does not know of: the pilot found nothing of them
-  std::vector<std::string> unmet;
-  std::size_t memory = 0;  // bytes of film and photon maps
-  std::optional<Failure> failure;
-};
-
-struct LayerShare {
-  std::string name, expression;
-  double share = 0;  // of the picture's luminance
-};
-
-// A light or an effect of which the pilot found nothing where the camera looks.
-struct UnmetShare {
-  std::string name;
-  double share = 0;  // of the photons, kept for it all the same
-};
-
-// How far an entry floats in front of its own plane, and its shorter side (m).
-struct Floating {
-  double distance = 0, side = 0;
-};
-
-enum class Phase : std::uint8_t { Compile, Guide, Photons, View };
-inline constexpr int phase_count = 4;
-
-struct Statistics {
-  Counts counts;
-  std::array<double, phase_count> seconds{};
-  std::vector<Effects::Reason> reasons;
-  std::vector<std::string> edit_names;  // of counts.edits
-  std::vector<Floating> edit_floats;    // of counts.edits
-  std::vector<double> edit_shares;      // of the picture's luminance: light that the edit took on its way
-  std::vector<LayerShare> layers;
-  std::vector<UnmetShare> unmet;   // what relative_error does not know of
-  std::vector<Arrivals> arrivals;  // at the edits' entries; empty unless the settings ask
-  std::uint64_t guide_hash = 0;
-  double worst_ledger_residual = 0;  // of a pass, relative to what it emitted
-  double bytes_per_photon = 0;       // of the maps, all included
-  std::size_t triangles = 0;
-  int threads = 0;
-  std::array<float, 2> radius{};  // of the first pass (m): in general, caustics
-};
 
 class Session {
  public:
@@ -103,7 +43,7 @@ class Session {
 
   [[nodiscard]] Progress progress() const;
   [[nodiscard]] Warnings warnings() const;
-  [[nodiscard]] Statistics statistics() const;
+  [[nodiscard]] RenderStatistics statistics() const;
 
   struct Picture {
     int width, height, channels;
@@ -127,8 +67,7 @@ class Session {
                     double photon_seconds);
   void explain_edits(const Scene& scene, const Effects& effects);
   void measure_shares(const Scene& scene);
-  void record_pass(const Counts& counts, const PhotonSet& photons, double photon_seconds,
-                   double view_seconds);
+  void record_pass(const PassRecord& pass);
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
@@ -141,7 +80,7 @@ class Session {
   Progress progress_;
   std::shared_ptr<const Scene> scene_;  // stays when the render is over: for start_from
   Warnings warnings_;
-  Statistics statistics_;
+  RenderStatistics statistics_;
   std::chrono::steady_clock::time_point begin_{};
   mutable std::mutex film_lock_;
   std::unique_ptr<Film> film_;

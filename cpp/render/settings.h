@@ -17,4 +17,8 @@ struct RenderSettings {
   int threads = 0;                 // 0 = all
 };
 
+// The same within bounds that keep every index and radius meaningful, whatever a file says; all threads are
+// counted.
+[[nodiscard]] RenderSettings bounded(RenderSettings settings);
+
 }  // namespace sluice

@@ -12,7 +12,7 @@
 #include "base/colour.h"
 #include "base/image.h"
 #include "base/math.h"
-#include "edit/edit.h"
+#include "edit/description.h"
 #include "shading/nodes.h"
 
 namespace sluice {
@@ -64,8 +64,28 @@ struct InstanceDescription {
   int object_index = 0;  // Object Info
 };
 
+// Enums have names, by which they come from the host (base/enum_names.h).
 enum class LightKind : std::uint8_t { Point, Spot, Sun, Area };
+[[nodiscard]] constexpr const char* name_of(LightKind value) noexcept {
+  switch (value) {
+    case LightKind::Point: return "Point";
+    case LightKind::Spot: return "Spot";
+    case LightKind::Sun: return "Sun";
+    case LightKind::Area: return "Area";
+  }
+  return nullptr;
+}
+
 enum class AreaShape : std::uint8_t { Square, Rectangle, Disk, Ellipse };
+[[nodiscard]] constexpr const char* name_of(AreaShape value) noexcept {
+  switch (value) {
+    case AreaShape::Square: return "Square";
+    case AreaShape::Rectangle: return "Rectangle";
+    case AreaShape::Disk: return "Disk";
+    case AreaShape::Ellipse: return "Ellipse";
+  }
+  return nullptr;
+}
 
 // Blender's radiometry: `power` is W (sun: W/m²) as the lamp panel shows it. Cycles' conventions decide every
 // factor.
@@ -94,7 +114,23 @@ struct WorldDescription {
 };
 
 enum class CameraKind : std::uint8_t { Perspective, Orthographic };
+[[nodiscard]] constexpr const char* name_of(CameraKind value) noexcept {
+  switch (value) {
+    case CameraKind::Perspective: return "Perspective";
+    case CameraKind::Orthographic: return "Orthographic";
+  }
+  return nullptr;
+}
+
 enum class SensorFit : std::uint8_t { Auto, Horizontal, Vertical };
+[[nodiscard]] constexpr const char* name_of(SensorFit value) noexcept {
+  switch (value) {
+    case SensorFit::Auto: return "Auto";
+    case SensorFit::Horizontal: return "Horizontal";
+    case SensorFit::Vertical: return "Vertical";
+  }
+  return nullptr;
+}
 
 struct CameraDescription {
   std::string name;

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "scene/camera.h"
 
 namespace sluice {

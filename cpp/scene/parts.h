@@ -5,7 +5,7 @@
 #include <array>
 
 #include "base/cancel.h"
-#include "edit/gates.h"
+#include "edit/compile_edits.h"
 #include "scene/embree.h"
 #include "scene/gates_in_view.h"
 #include "scene/light_tree.h"

@@ -126,6 +126,11 @@ const Material& Scene::material(const Hit& hit) const noexcept {
   return parts_->materials[parts_->binding(parts_->instances[hit.instance], hit.triangle).material];
 }
 
+void Scene::surface_point(const Hit& hit, const V3f& wo, bool camera_ray,
+                          SurfacePoint& point) const noexcept {
+  surface_point_of(*parts_, hit, wo, camera_ray, point);
+}
+
 std::span<const Light> Scene::lights() const noexcept { return parts_->lights; }
 int Scene::mesh_light(std::uint32_t instance) const noexcept { return parts_->instances[instance].light; }
 int Scene::world_light() const noexcept { return parts_->world_light; }

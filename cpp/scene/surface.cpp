@@ -89,9 +89,4 @@ void surface_point_of(const Scene::Parts& parts, const Hit& hit, const V3f& wo, 
                                                    hit);
 }
 
-void Scene::surface_point(const Hit& hit, const V3f& wo, bool camera_ray,
-                          SurfacePoint& point) const noexcept {
-  surface_point_of(*parts_, hit, wo, camera_ray, point);
-}
-
 }  // namespace sluice

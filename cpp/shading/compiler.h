@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string_view>
 
 #include "shading/material.h"
@@ -93,9 +94,13 @@ class ShaderReader : public NodeReader {
     EventMask events = 0;
     bool transparent = false, emits = false, refracts = false, transmits = false, layered = false;
   };
-  // `normal`: name of the input that holds it.
+  // `inputs`: the closure's operands. `normal`: name of the input that holds it.
+  void add(AddLobes lobes, std::span<const Value> inputs, const Traits& traits, std::string_view normal = {},
+           int choice = 0);
   void add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits,
-           std::string_view normal = {}, int choice = 0);
+           std::string_view normal = {}, int choice = 0) {
+    add(lobes, std::span(inputs.begin(), inputs.size()), traits, normal, choice);
+  }
   [[nodiscard]] EventMask glossy_events(const Value& roughness) const noexcept;
   // S too where nothing bends
   [[nodiscard]] EventMask refraction_events(const Value& roughness, const Value& ior) const noexcept;

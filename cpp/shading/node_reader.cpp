@@ -140,7 +140,7 @@ void ShaderReader::child(std::string_view input, const Value& weight) {
   if (found && found->node >= 0) compiler_.build_shader(found->node, found->output, weight);
 }
 
-void ShaderReader::add(AddLobes lobes, std::initializer_list<Value> inputs, const Traits& traits,
+void ShaderReader::add(AddLobes lobes, std::span<const Value> inputs, const Traits& traits,
                        std::string_view normal, int choice) {
   Closure closure{.add = lobes};
   std::size_t k = 0;

@@ -49,6 +49,39 @@ void stretch(Surface& s, float anisotropic, float rotation, const V3f& tangent) 
   s.tangent = tangent * std::cos(angle) + s.n.cross(tangent) * std::sin(angle);
 }
 
+// A socket of the node, read into the operand `input` of its closure.
+struct Socket {
+  int input;
+  std::string_view name;
+  Type type = Type::Number;
+  float if_missing = 0;
+};
+
+// Rows of sockets stand in the order of the enum that names their operands.
+template <std::size_t Count>
+[[nodiscard]] consteval bool are_in_order(const Socket (&sockets)[Count]) {
+  for (std::size_t i = 0; i < Count; ++i)
+    if (sockets[i].input != static_cast<int>(i)) return false;
+  return true;
+}
+
+// The closure's operands, by input; what is no plain socket is left to the caller.
+template <int Count>
+[[nodiscard]] std::array<Value, Count> read_sockets(ShaderReader& n, std::span<const Socket> sockets) {
+  static_assert(Count <= std::tuple_size_v<decltype(Closure::in)>);
+  std::array<Value, Count> in;
+  for (const Socket& s : sockets)
+    in[static_cast<std::size_t>(s.input)] =
+        s.type == Type::Rgb ? n.color(s.name, Color(s.if_missing)) : n.number(s.name, s.if_missing);
+  return in;
+}
+
+// A constant 1 (or more).
+[[nodiscard]] bool is_one(const ShaderReader& n, const Value& v) {
+  const auto known = n.value_of(v);
+  return known && known->x >= 1;
+}
+
 // The normal of the coat: its own input if that is linked (operand `k` is its flag, k + 1 the normal).
 [[nodiscard]] V3f coat_normal(const Surface& s, int k) noexcept {
   if (s.number(k) == 0) return s.n;
@@ -79,10 +112,34 @@ enum Input : int {
   emission,
   strength,
   alpha,
+  // no plain sockets
   tangent,
   has_coat_normal,
-  coat_normal_input
+  coat_normal_input,
+  input_count
 };
+constexpr Socket sockets[] = {
+    {base_color, "Base Color", Type::Rgb, 0.8f},
+    {subsurface, "Subsurface"},
+    {subsurface_color, "Subsurface Color", Type::Rgb, 0.8f},
+    {metallic, "Metallic"},
+    {specular, "Specular", Type::Number, 0.5f},
+    {specular_tint, "Specular Tint"},
+    {roughness, "Roughness", Type::Number, 0.5f},
+    {anisotropic, "Anisotropic"},
+    {rotation, "Anisotropic Rotation"},
+    {sheen, "Sheen"},
+    {sheen_tint, "Sheen Tint", Type::Number, 0.5f},
+    {clearcoat, "Clearcoat"},
+    {clearcoat_roughness, "Clearcoat Roughness"},
+    {ior, "IOR", Type::Number, 1.45f},
+    {transmission, "Transmission"},
+    {transmission_roughness, "Transmission Roughness"},
+    {emission, "Emission", Type::Rgb, 0},
+    {strength, "Emission Strength", Type::Number, 1},
+    {alpha, "Alpha", Type::Number, 1},
+};
+static_assert(are_in_order(sockets) && std::size(sockets) == tangent);
 
 void add_diffuse(const Surface& s, const Color& weight, const Color& base) noexcept {
   // scattering below the surface: diffuse here
@@ -144,49 +201,30 @@ void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsd
   }
 }
 
-void node(ShaderReader& n) {
-  const Value metal = n.number("Metallic"), glass = n.number("Transmission"),
-              rough = n.number("Roughness", 0.5f), coat = n.number("Clearcoat");
-  const Value coat_rough = n.number("Clearcoat Roughness"), light = n.color("Emission", Color(0)),
-              power = n.number("Emission Strength", 1), cover = n.number("Alpha", 1);
-  const Value stretched = n.number("Anisotropic"), blur = n.number("Transmission Roughness"),
-              level = n.number("Specular", 0.5f), index = n.number("IOR", 1.45f);
-  const bool own_normal = n.is_linked("Clearcoat Normal");
-  const auto is_one = [&](const Value& v) { return n.value_of(v) && n.value_of(v)->x >= 1; };
+EventMask events_of(const ShaderReader& n, const std::array<Value, input_count>& in) {
+  if (n.is_zero(in[alpha])) return 0;
   EventMask events = 0;
-  if (!is_one(metal) && !is_one(glass)) events |= mask_of(Event::D);
-  if (!(n.is_zero(level) && n.is_zero(metal) && n.is_zero(glass))) events |= n.glossy_events(rough);
-  if (!n.is_zero(glass))
-    events |= n.is_zero(blur) ? n.refraction_events(rough, index) : mask_of(Event::S) | mask_of(Event::G);
-  if (!n.is_zero(coat)) events |= n.glossy_events(coat_rough);
-  if (n.is_zero(cover)) events = 0;
-  n.add(add,
-        {n.color("Base Color", Color(0.8f)),
-         n.number("Subsurface"),
-         n.color("Subsurface Color", Color(0.8f)),
-         metal,
-         level,
-         n.number("Specular Tint"),
-         rough,
-         stretched,
-         n.number("Anisotropic Rotation"),
-         n.number("Sheen"),
-         n.number("Sheen Tint", 0.5f),
-         coat,
-         coat_rough,
-         index,
-         glass,
-         blur,
-         light,
-         power,
-         cover,
-         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"),
-         n.constant(own_normal ? 1.0f : 0.0f),
-         own_normal ? n.vector("Clearcoat Normal") : n.constant(0.0f)},
-        {.events = events,
-         .transparent = !is_one(cover),
-         .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover),
-         .refracts = !n.is_zero(glass) && !is_one(metal)},
+  if (!is_one(n, in[metallic]) && !is_one(n, in[transmission])) events |= mask_of(Event::D);
+  if (!(n.is_zero(in[specular]) && n.is_zero(in[metallic]) && n.is_zero(in[transmission])))
+    events |= n.glossy_events(in[roughness]);
+  if (!n.is_zero(in[transmission]))
+    events |= n.is_zero(in[transmission_roughness]) ? n.refraction_events(in[roughness], in[ior])
+                                                    : mask_of(Event::S) | mask_of(Event::G);
+  if (!n.is_zero(in[clearcoat])) events |= n.glossy_events(in[clearcoat_roughness]);
+  return events;
+}
+
+void node(ShaderReader& n) {
+  std::array in = read_sockets<input_count>(n, sockets);
+  const bool own_normal = n.is_linked("Clearcoat Normal");
+  in[tangent] = n.is_zero(in[anisotropic]) ? n.constant(0.0f) : n.surface_tangent("Tangent");
+  in[has_coat_normal] = n.constant(own_normal ? 1.0f : 0.0f);
+  in[coat_normal_input] = own_normal ? n.vector("Clearcoat Normal") : n.constant(0.0f);
+  n.add(add, in,
+        {.events = events_of(n, in),
+         .transparent = !is_one(n, in[alpha]),
+         .emits = !n.is_zero(in[emission]) && !n.is_zero(in[strength]) && !n.is_zero(in[alpha]),
+         .refracts = !n.is_zero(in[transmission]) && !is_one(n, in[metallic])},
         "Normal", n.option("distribution", "GGX") == "MULTI_GGX");
 }
 
@@ -215,11 +253,36 @@ enum Input : int {
   sheen_tint,
   emission,
   strength,
+  // no plain sockets
   tangent,
   has_coat_normal,
   coat_normal_input,
-  diffuse_roughness
+  diffuse_roughness,
+  input_count
 };
+constexpr Socket sockets[] = {
+    {base_color, "Base Color", Type::Rgb, 0.8f},
+    {metallic, "Metallic"},
+    {roughness, "Roughness", Type::Number, 0.5f},
+    {ior, "IOR", Type::Number, 1.5f},
+    {alpha, "Alpha", Type::Number, 1},
+    {subsurface, "Subsurface Weight"},
+    {level, "Specular IOR Level", Type::Number, 0.5f},
+    {specular_tint, "Specular Tint", Type::Rgb, 1},
+    {anisotropic, "Anisotropic"},
+    {rotation, "Anisotropic Rotation"},
+    {transmission, "Transmission Weight"},
+    {coat, "Coat Weight"},
+    {coat_roughness, "Coat Roughness", Type::Number, 0.03f},
+    {coat_ior, "Coat IOR", Type::Number, 1.5f},
+    {coat_tint, "Coat Tint", Type::Rgb, 1},
+    {sheen, "Sheen Weight"},
+    {sheen_roughness, "Sheen Roughness", Type::Number, 0.5f},
+    {sheen_tint, "Sheen Tint", Type::Rgb, 1},
+    {emission, "Emission Color", Type::Rgb, 1},
+    {strength, "Emission Strength"},
+};
+static_assert(are_in_order(sockets) && std::size(sockets) == tangent);
 
 // Puts a coating over what is added from now on: on view paths its loss goes into `weight`, on light paths
 // the lobes remember it.
@@ -311,50 +374,29 @@ void add(const Closure& c, const Evaluation& e, const Color& closure_weight, Bsd
   if (metal < 1 && through < 1) add_plastic(s, weight, base, under);
 }
 
+EventMask events_of(const ShaderReader& n, const std::array<Value, input_count>& in) {
+  if (n.is_zero(in[alpha])) return 0;
+  EventMask events = n.glossy_events(in[roughness]);
+  if ((!is_one(n, in[metallic]) && !is_one(n, in[transmission])) || !n.is_zero(in[sheen]))
+    events |= mask_of(Event::D);
+  if (!n.is_zero(in[transmission])) events |= n.refraction_events(in[roughness], in[ior]);
+  if (!n.is_zero(in[coat])) events |= n.glossy_events(in[coat_roughness]);
+  return events;
+}
+
 void node(ShaderReader& n) {
-  const Value metal = n.number("Metallic"), glass = n.number("Transmission Weight"),
-              rough = n.number("Roughness", 0.5f), over = n.number("Coat Weight"),
-              cover = n.number("Alpha", 1);
-  const Value coat_rough = n.number("Coat Roughness", 0.03f), light = n.color("Emission Color", Color(1)),
-              power = n.number("Emission Strength"), stretched = n.number("Anisotropic");
-  const Value grain = n.is_given("Diffuse Roughness") ? n.number("Diffuse Roughness") : n.constant(0.0f);
-  const Value index = n.number("IOR", 1.5f);
+  std::array in = read_sockets<input_count>(n, sockets);
   const bool own_normal = n.is_linked("Coat Normal");
-  const auto is_one = [&](const Value& v) { return n.value_of(v) && n.value_of(v)->x >= 1; };
-  EventMask events = n.glossy_events(rough);
-  if ((!is_one(metal) && !is_one(glass)) || !n.is_zero(n.number("Sheen Weight"))) events |= mask_of(Event::D);
-  if (!n.is_zero(glass)) events |= n.refraction_events(rough, index);
-  if (!n.is_zero(over)) events |= n.glossy_events(coat_rough);
-  if (n.is_zero(cover)) events = 0;
-  n.add(add,
-        {n.color("Base Color", Color(0.8f)),
-         metal,
-         rough,
-         index,
-         cover,
-         n.number("Subsurface Weight"),
-         n.number("Specular IOR Level", 0.5f),
-         n.color("Specular Tint", Color(1)),
-         stretched,
-         n.number("Anisotropic Rotation"),
-         glass,
-         over,
-         coat_rough,
-         n.number("Coat IOR", 1.5f),
-         n.color("Coat Tint", Color(1)),
-         n.number("Sheen Weight"),
-         n.number("Sheen Roughness", 0.5f),
-         n.color("Sheen Tint", Color(1)),
-         light,
-         power,
-         n.is_zero(stretched) ? n.constant(0.0f) : n.surface_tangent("Tangent"),
-         n.constant(own_normal ? 1.0f : 0.0f),
-         own_normal ? n.vector("Coat Normal") : n.constant(0.0f),
-         grain},
-        {.events = events,
-         .transparent = !is_one(cover),
-         .emits = !n.is_zero(light) && !n.is_zero(power) && !n.is_zero(cover),
-         .refracts = !n.is_zero(glass) && !is_one(metal),
+  in[tangent] = n.is_zero(in[anisotropic]) ? n.constant(0.0f) : n.surface_tangent("Tangent");
+  in[has_coat_normal] = n.constant(own_normal ? 1.0f : 0.0f);
+  in[coat_normal_input] = own_normal ? n.vector("Coat Normal") : n.constant(0.0f);
+  // Older versions have no such socket, which is nothing to warn of.
+  in[diffuse_roughness] = n.is_given("Diffuse Roughness") ? n.number("Diffuse Roughness") : n.constant(0.0f);
+  n.add(add, in,
+        {.events = events_of(n, in),
+         .transparent = !is_one(n, in[alpha]),
+         .emits = !n.is_zero(in[emission]) && !n.is_zero(in[strength]) && !n.is_zero(in[alpha]),
+         .refracts = !n.is_zero(in[transmission]) && !is_one(n, in[metallic]),
          .layered = true},
         "Normal", n.option("distribution", "MULTI_GGX") == "MULTI_GGX");
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/event.h"
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "transport/effects.h"
 #include "transport/settings.h"
 

@@ -5,7 +5,7 @@
 #pragma once
 #include <algorithm>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 
 namespace sluice {
 

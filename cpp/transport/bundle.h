@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "edit/path_state.h"
+#include "edit/state_table.h"
 #include "transport/film.h"
 #include "transport/vertex.h"
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a pass counts beside its image: the energy ledger (design §4), traffic through the edits, work done,
 // everything dropped or capped. One set per piece of work, added up in the order of the pieces, so the sums
-// do not depend on threads.
+// do not depend on threads. Each kind of count stands once as a member and once as a row of a table, from
+// which sums, reports and Python's statistics follow; a member without its row does not compile.
 #pragma once
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -21,19 +23,36 @@ struct Ledger {
   double emitted = 0, added = 0, sampling = 0, absorbed = 0, escaped = 0, removed = 0, capped = 0,
          clamped = 0;
 
-  void operator+=(const Ledger& o) noexcept {
-    emitted += o.emitted, added += o.added, sampling += o.sampling, absorbed += o.absorbed;
-    escaped += o.escaped, removed += o.removed, capped += o.capped, clamped += o.clamped;
-  }
-  [[nodiscard]] double residual() const noexcept {
-    return emitted + added + sampling - absorbed - escaped - removed - capped - clamped;
-  }
+  void operator+=(const Ledger& o) noexcept;
+  [[nodiscard]] double residual() const noexcept;
   // Of what was emitted; infinite where some term is no number.
   [[nodiscard]] double relative_residual() const noexcept {
     const double part = std::abs(residual()) / emitted;
     return emitted == 0 ? 0 : std::isfinite(part) ? part : std::numeric_limits<double>::infinity();
   }
 };
+
+struct LedgerTerm {
+  const char* name;
+  double Ledger::*value;
+  double sign;  // in the residual
+};
+inline constexpr LedgerTerm ledger_terms[] = {
+    {"emitted", &Ledger::emitted, 1},   {"added", &Ledger::added, 1},
+    {"sampling", &Ledger::sampling, 1}, {"absorbed", &Ledger::absorbed, -1},
+    {"escaped", &Ledger::escaped, -1},  {"removed", &Ledger::removed, -1},
+    {"capped", &Ledger::capped, -1},    {"clamped", &Ledger::clamped, -1},
+};
+static_assert(sizeof(Ledger) == std::size(ledger_terms) * sizeof(double), "each term has a row");
+
+inline void Ledger::operator+=(const Ledger& o) noexcept {
+  for (const LedgerTerm& term : ledger_terms) this->*term.value += o.*term.value;
+}
+inline double Ledger::residual() const noexcept {
+  double sum = 0;
+  for (const LedgerTerm& term : ledger_terms) sum += term.sign * (this->*term.value);
+  return sum;
+}
 
 struct EditCounts {
   std::uint64_t matched = 0;  // taken by the entry
@@ -50,22 +69,69 @@ struct EditCounts {
   // the eye's segments tell.
   [[nodiscard]] bool has_acted() const noexcept { return matched > 0 || shown > 0 || kept; }
   void operator+=(const EditCounts& o) noexcept {
-    matched += o.matched, moved += o.moved, capped += o.capped, kept |= o.kept;
-    energy_in += o.energy_in, energy_out += o.energy_out, shown += o.shown, seconds += o.seconds;
+    // All members by name: one that is missing here does not compile.
+    const auto& [o_matched, o_moved, o_capped, o_energy_in, o_energy_out, o_shown, o_kept, o_seconds] = o;
+    matched += o_matched, moved += o_moved, capped += o_capped, kept |= o_kept;
+    energy_in += o_energy_in, energy_out += o_energy_out, shown += o_shown, seconds += o_seconds;
   }
 };
 
-struct Counts {
-  Ledger ledger;
-  std::vector<EditCounts> edits;  // up to the last that had something to count
+// Whole numbers: work done; then what was dropped or capped, never silently.
+struct Counters {
   std::uint64_t rays = 0, shadow_rays = 0, photon_paths = 0, photons_stored = 0, view_paths = 0, gathers = 0,
                 photons_gathered = 0;
   std::uint64_t edit_queries = 0;  // segments that asked the edits
-  // dropped or capped, never silently
   std::uint64_t non_finite = 0, adjoint_clamped = 0, depth_capped = 0, gates_capped = 0, split_capped = 0,
                 grazing_dropped = 0;
   std::uint64_t alpha_capped = 0;   // behind more transparent surfaces than are followed
-  std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (edit/path_state.h)
+  std::uint64_t states_capped = 0;  // no memory for what they must remember of their way (state_table.h)
+
+  void operator+=(const Counters& o) noexcept;
+};
+
+struct WorkCounter {
+  const char* name;
+  std::uint64_t Counters::*value;
+};
+inline constexpr WorkCounter work_counters[] = {
+    {"rays", &Counters::rays},
+    {"shadow_rays", &Counters::shadow_rays},
+    {"photon_paths", &Counters::photon_paths},
+    {"photons_stored", &Counters::photons_stored},
+    {"view_paths", &Counters::view_paths},
+    {"gathers", &Counters::gathers},
+    {"photons_gathered", &Counters::photons_gathered},
+    {"edit_queries", &Counters::edit_queries},
+};
+
+// In the order of the report, which says "fate: number how, number how; fate: number how".
+struct DropCounter {
+  const char* name;
+  std::uint64_t Counters::*value;
+  const char *fate, *how;
+};
+inline constexpr DropCounter drop_counters[] = {
+    {"non_finite", &Counters::non_finite, "dropped", " not finite"},
+    {"adjoint_clamped", &Counters::adjoint_clamped, "clamped", " at shading normals"},
+    {"depth_capped", &Counters::depth_capped, "capped", " by depth"},
+    {"gates_capped", &Counters::gates_capped, "capped", " by gates"},
+    {"alpha_capped", &Counters::alpha_capped, "capped", " by alpha layers"},
+    {"states_capped", &Counters::states_capped, "capped", " by states"},
+    {"split_capped", &Counters::split_capped, "capped", " splits"},
+    {"grazing_dropped", &Counters::grazing_dropped, "grazing exits", ""},
+};
+static_assert(sizeof(Counters) ==
+                  (std::size(work_counters) + std::size(drop_counters)) * sizeof(std::uint64_t),
+              "each counter has a row");
+
+inline void Counters::operator+=(const Counters& o) noexcept {
+  for (const WorkCounter& counter : work_counters) this->*counter.value += o.*counter.value;
+  for (const DropCounter& counter : drop_counters) this->*counter.value += o.*counter.value;
+}
+
+struct Counts : Counters {
+  Ledger ledger;
+  std::vector<EditCounts> edits;  // up to the last that had something to count
 
   // From zero. Room for all edits, so that of_edit() cannot fail; none is written to before it has something
   // to count.
@@ -79,17 +145,10 @@ struct Counts {
     return edits[e];
   }
   void operator+=(const Counts& o) {
+    Counters::operator+=(o);
     ledger += o.ledger;
     if (edits.size() < o.edits.size()) edits.resize(o.edits.size());
     for (std::size_t i = 0; i < o.edits.size(); ++i) edits[i] += o.edits[i];
-    rays += o.rays, shadow_rays += o.shadow_rays, photon_paths += o.photon_paths,
-        photons_stored += o.photons_stored;
-    view_paths += o.view_paths, gathers += o.gathers, photons_gathered += o.photons_gathered,
-        edit_queries += o.edit_queries;
-    non_finite += o.non_finite, adjoint_clamped += o.adjoint_clamped, depth_capped += o.depth_capped,
-        gates_capped += o.gates_capped;
-    split_capped += o.split_capped, grazing_dropped += o.grazing_dropped, alpha_capped += o.alpha_capped,
-        states_capped += o.states_capped;
   }
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "transport/effects.h"
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "shading/material.h"
 #include "transport/photon.h"
 

@@ -28,26 +28,37 @@ Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y
       sums_(static_cast<std::size_t>(width) * height * stride_),
       block_(sums_.size()),
       tile_passes_(tile_count()) {
-  for (int i = 0; i < layer_count_; ++i) planes_.push_back({std::move(layers[i]), 3, layers_at + 3 * i});
+  for (int i = 0; i < layer_count_; ++i)
+    planes_.push_back({{std::move(layers[i]), "RGB"}, Reading::Mean, layers_at + 3 * i});
 }
 
 // Combined and Noise are made of several sums.
-const std::vector<Film::Plane>& Film::fixed_planes() {
-  static const std::vector<Plane> planes{{"Combined", 4, combined_at},   {"Depth", 1, depth_at},
-                                         {"Normal", 3, normal_at},       {"Albedo", 3, albedo_at},
-                                         {"Direct", 3, parts_at},        {"Caustics", 3, parts_at + 3},
-                                         {"Edited", 3, parts_at + 6},    {"Indirect", 3, parts_at + 9},
-                                         {"Emission", 3, parts_at + 12}, {"Noise", 1, combined_at}};
+std::vector<Film::Plane> Film::fixed_planes() {
+  std::vector<Plane> planes{{{"Combined", "RGBA"}, Reading::Combined, combined_at}};
+  for (int i = 0; i < part_count; ++i)
+    planes.push_back({{name_of(static_cast<Part>(i)), "RGB"}, Reading::Mean, parts_at + 3 * i});
+  for (const Feature& f : features)
+    if (!f.name.empty())
+      planes.push_back({{std::string(f.name), std::string(f.channels)},
+                        f.is_mean ? Reading::Mean : Reading::Single,
+                        place_of(f)});
+  planes.push_back({{"Noise", "X"}, Reading::Noise, combined_at});
   return planes;
 }
 
+std::vector<Film::PassName> Film::fixed_passes() {
+  std::vector<PassName> passes;
+  for (Plane& plane : fixed_planes()) passes.push_back(std::move(plane.pass));
+  return passes;
+}
+
 const Film::Plane* Film::find(const std::string& name) const noexcept {
-  const auto it = std::ranges::find(planes_, name, &Plane::name);
+  const auto it = std::ranges::find(planes_, name, [](const Plane& p) -> const auto& { return p.pass.name; });
   return it == planes_.end() ? nullptr : &*it;
 }
 
-bool Film::is_fixed(const std::string& name) noexcept {
-  return std::ranges::find(fixed_planes(), name, &Plane::name) != fixed_planes().end();
+bool Film::is_fixed(const std::string& name) {
+  return std::ranges::any_of(fixed_passes(), [&](const PassName& pass) { return pass.name == name; });
 }
 
 Film::Box Film::box(int tile_index) const noexcept {
@@ -67,10 +78,13 @@ void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& sa
       const auto add = [p](int at, const V3f& c) { p[at] += c.x, p[at + 1] += c.y, p[at + 2] += c.z; };
       add(combined_at + 3 * stream, sample->combined());
       for (int i = 0; i < part_count; ++i) add(parts_at + 3 * i, sample->parts[i]);
-      add(normal_at, sample->normal);
-      add(albedo_at, sample->albedo);
-      p[alpha_at] += sample->alpha;
-      if (pass == 0) p[depth_at] = sample->depth;
+      for (const Feature& f : features)
+        if (f.vector)
+          add(place_of(f), *sample.*f.vector);
+        else if (f.is_mean)
+          p[place_of(f)] += *sample.*f.number;
+        else if (pass == 0)
+          p[place_of(f)] = *sample.*f.number;
       for (int i = 0; i < layer_count_; ++i) add(layers_at + 3 * i, *layer++);
     }
   ++tile_passes_[tile_index][stream];
@@ -84,7 +98,7 @@ void Film::close_block() {
 
 int Film::channels(const std::string& name) const noexcept {
   const Plane* plane = find(name);
-  return plane ? plane->channels : 0;
+  return plane ? plane->channels() : 0;
 }
 
 Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept {
@@ -104,34 +118,49 @@ Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_co
   return {mean, variance};
 }
 
+// One pixel of a plane; `passes` of its tile, some.
+void Film::read(const Plane& plane, std::size_t pixel, const std::array<int, stream_count>& passes,
+                float* to) const noexcept {
+  const int count = total(passes);
+  switch (plane.reading) {
+    case Reading::Combined: {
+      V3d c(0);
+      for (int s = 0; s < stream_count; ++s) {
+        const int at = plane.at + 3 * s;
+        c += V3d(sum(pixel, at), sum(pixel, at + 1), sum(pixel, at + 2));
+      }
+      for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(c[i] / count);
+      to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
+      break;
+    }
+    case Reading::Noise: {
+      const Estimate e = estimate(pixel, passes);
+      const float mean = luminance(Color(e.mean));
+      to[0] = mean > 0
+                  ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean)
+                  : 0;
+      break;
+    }
+    case Reading::Mean:
+    case Reading::Single: {
+      const int samples = plane.reading == Reading::Single ? 1 : count;
+      for (int i = 0; i < plane.channels(); ++i)
+        to[i] = static_cast<float>(sum(pixel, plane.at + i) / samples);
+      break;
+    }
+  }
+}
+
 std::vector<float> Film::image(const std::string& name) const {
-  const int n = channels(name);
+  const Plane* plane = find(name);
+  if (!plane) return {};
+  const auto n = static_cast<std::size_t>(plane->channels());
   std::vector<float> out(static_cast<std::size_t>(width_) * height_ * n);
-  if (n == 0) return out;
-  const int at = find(name)->at;
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       const auto& passes = tile_passes_[tile_of(x, y)];
-      const int count = total(passes);
-      if (count == 0) continue;
       const std::size_t pixel = static_cast<std::size_t>(y) * width_ + x;
-      float* to = &out[pixel * n];
-      if (name == "Combined") {
-        V3d c(0);
-        for (int s = 0; s < stream_count; ++s)
-          c += V3d(sum(pixel, 3 * s), sum(pixel, 3 * s + 1), sum(pixel, 3 * s + 2));
-        for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(c[i] / count);
-        to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
-      } else if (name == "Noise") {
-        const Estimate e = estimate(pixel, passes);
-        const float mean = luminance(Color(e.mean));
-        to[0] = mean > 0
-                    ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean)
-                    : 0;
-      } else {
-        const int samples = at == depth_at ? 1 : count;
-        for (int i = 0; i < n; ++i) to[i] = static_cast<float>(sum(pixel, at + i) / samples);
-      }
+      if (total(passes) > 0) read(*plane, pixel, passes, &out[pixel * n]);
     }
   return out;
 }

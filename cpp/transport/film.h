@@ -12,40 +12,12 @@
 
 #include "base/colour.h"
 #include "base/zeros.h"
+#include "transport/pixel_sample.h"
 
 namespace sluice {
 
 inline constexpr int stream_count = 4;
 inline constexpr int passes_per_block = 8;
-
-// The five parts of Combined, one per estimator of design §5.
-enum class Part : std::uint8_t { Direct, Caustics, Edited, Indirect, Emission };
-inline constexpr int part_count = 5;
-
-// One view sample, or the mean of a pass's samples of one pixel.
-struct PixelSample {
-  std::array<Color, part_count> parts;  // radiance, W/m²/sr
-  float alpha = 0;                      // 0 where the world is seen
-  // along the view axis (m); the world: 1e10, as Blender has it. No mean: between two things there is nothing
-  float depth = 0;
-  V3f normal{0};    // shading normal at the first hit
-  Color albedo{0};  // directional albedo there
-
-  PixelSample() noexcept { parts.fill(Color(0)); }  // Imath's vectors start undefined
-  [[nodiscard]] Color combined() const noexcept {
-    return parts[0] + parts[1] + parts[2] + parts[3] + parts[4];
-  }
-  void operator+=(const PixelSample& o) noexcept {
-    for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
-    alpha += o.alpha, normal += o.normal, albedo += o.albedo;
-    if (depth == 0) depth = o.depth;  // of the first sample that has one
-  }
-  PixelSample& operator*=(float factor) noexcept {
-    for (Color& part : parts) part *= factor;
-    alpha *= factor, normal *= factor, albedo *= factor;
-    return *this;
-  }
-};
 
 // Variance relative to the mean, as the error of a picture counts it, mean over the channels: what is dark
 // counts as a tenth of the picture's mean luminance.
@@ -81,12 +53,17 @@ class Film {
                 std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // A pass by its public name ("Combined", "Depth", …, "Noise", a layer's): float, `channels(name)` per
-  // pixel, row 0 at the bottom. Each tile is divided by its own number of passes, so an unfinished pass may
-  // be looked at; Depth is that of pass 0. Unknown names give an empty vector.
+  // Render passes by their public names: Combined, one per Part, those of PixelSample's features, Noise.
+  // Fixed: no layer may be called so.
+  struct PassName {
+    std::string name, channels;  // channels: a letter each, as files name them
+  };
+  [[nodiscard]] static std::vector<PassName> fixed_passes();
+  [[nodiscard]] static bool is_fixed(const std::string& name);
+  // 0: there is no such pass, fixed or a layer's.
   [[nodiscard]] int channels(const std::string& name) const noexcept;
-  // a pass of its own, that no layer may be called
-  [[nodiscard]] static bool is_fixed(const std::string& name) noexcept;
+  // Float, `channels(name)` per pixel, row 0 at the bottom. Each tile is divided by its own number of passes,
+  // so an unfinished pass may be looked at; Depth is that of pass 0. Unknown names give an empty vector.
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
   [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
@@ -99,17 +76,25 @@ class Film {
   [[nodiscard]] std::size_t bytes() const noexcept { return 2 * sums_.size() * sizeof(double); }
 
  private:
-  // Doubles per pixel: 4 streams of Combined, the parts, alpha, depth, normal, albedo, layers.
-  static constexpr int combined_at = 0, parts_at = 12, alpha_at = parts_at + 3 * part_count,
-                       depth_at = alpha_at + 1, normal_at = depth_at + 1, albedo_at = normal_at + 3,
-                       layers_at = albedo_at + 3;
+  // Doubles per pixel: Combined of each stream, then the numbers of a PixelSample, then layers.
+  static constexpr int combined_at = 0, parts_at = 3 * stream_count, layers_at = parts_at + sample_numbers;
+  [[nodiscard]] static constexpr int place_of(const Feature& feature) noexcept {
+    return parts_at + numbers_before(&feature);
+  }
+  static constexpr int alpha_at = parts_at + numbers_before(&features[0]);
+  static_assert(features[0].number == &PixelSample::alpha);
 
+  enum class Reading : std::uint8_t { Combined, Mean, Single, Noise };
   struct Plane {
-    std::string name;
-    int channels, at;
+    PassName pass;
+    Reading reading;
+    int at;
+    [[nodiscard]] int channels() const noexcept { return static_cast<int>(pass.channels.size()); }
   };
-  [[nodiscard]] static const std::vector<Plane>& fixed_planes();
+  [[nodiscard]] static std::vector<Plane> fixed_planes();
   [[nodiscard]] const Plane* find(const std::string& name) const noexcept;
+  void read(const Plane& plane, std::size_t pixel, const std::array<int, stream_count>& passes,
+            float* to) const noexcept;
 
   struct Estimate {
     V3d mean, variance;  // of the mean; in double, as squares of bright lights overflow floats

@@ -6,7 +6,7 @@
 #pragma once
 #include <vector>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 
 namespace sluice {
 

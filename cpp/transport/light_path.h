@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "base/random.h"
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "transport/branching.h"
+#include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/emission.h"
 #include "transport/guide.h"
 #include "transport/photon.h"
 #include "transport/photon_states.h"
-#include "transport/counts.h"
 #include "transport/vertex.h"
 
 namespace sluice {

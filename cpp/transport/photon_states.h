@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "edit/path_state.h"
+#include "edit/state_table.h"
 #include "transport/photon.h"
 
 namespace sluice {

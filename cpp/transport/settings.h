@@ -18,7 +18,7 @@ struct TransportSettings {
   bool transparent_film = false;
   // several samples of a pixel in each pass, and several lights asked by each, where a pilot finds noise
   bool use_adaptive_sampling = true;
-  // bytes, of the states of paths (edit/path_state.h) of all threads together
+  // bytes, of the states of paths (edit/state_table.h) of all threads together
   std::size_t state_memory = std::size_t{2} << 30;
   float caustic_radius_factor = 4;  // k: radius of caustics and edited light in footprints of a pixel
   // that radius is at most so many times wider or narrower where the pilot finds few or many photons; 1:

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "shading/material.h"
 #include "transport/emission.h"
 

@@ -135,7 +135,7 @@ def test_edits(new_object, export_now):
 
 
 def test_copies_share_an_order_and_come_by_name(new_object, export_now):
-    """The core lets the first of equals act first (cpp/edit/path_state.cpp, gates.cpp)."""
+    """The core lets the first of equals act first (cpp/edit/state_table.cpp, edits.cpp)."""
     entry = _edit(new_object, "Entry", 'ENTRY')
     for _number in range(3):
         bpy.context.scene.collection.objects.link(entry.copy())

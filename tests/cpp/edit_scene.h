@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "edit/gates.h"
+#include "edit/compile_edits.h"
 
 namespace sluice {
 

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "scene/scene.h"
 #include "shading/material.h"
 

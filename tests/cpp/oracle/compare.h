@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "edit/gates.h"
+#include "edit/edits.h"
 #include "oracle/core_render.h"
 #include "oracle/eye_tracer.h"
 #include "oracle/forward_tracer.h"

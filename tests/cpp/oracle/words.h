@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "edit/accepts.h"
-#include "edit/automaton.h"
+#include "expr/accepts.h"
+#include "expr/automaton.h"
 #include "scene/scene.h"
 
 namespace sluice::oracle {
