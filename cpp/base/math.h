@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Vectors, matrices and frames: Imath's types under short names. Float for shading and storage, double
-// wherever a gate or a hit position is decided (numerics: a hit must be known far better than the distance a
-// quad floats in front of its plane).
+// wherever a gate or a hit position is decided (numerics §1: a hit must be known far better than the distance
+// a quad floats in front of its plane).
 #pragma once
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>

@@ -13,7 +13,7 @@ class SphericalRectangle {
  public:
   SphericalRectangle(double x0, double x1, double y0, double y1, double z) noexcept
       : x0_(x0), x1_(x1), y0_(y0), y1_(y1), z_(-z) {
-    // normals of the four planes through the origin and an edge; only their z is needed (paper §4)
+    // normals of the four planes through the origin and an edge; only their z is needed (§4 of theirs)
     const double zz = z * z;
     const double n0 = -y0 / std::sqrt(zz + y0 * y0), n1 = x1 / std::sqrt(zz + x1 * x1);
     const double n2 = y1 / std::sqrt(zz + y1 * y1), n3 = -x0 / std::sqrt(zz + x0 * x0);

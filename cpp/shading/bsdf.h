@@ -87,7 +87,7 @@ struct BsdfSample {
 [[nodiscard]] Color albedo(const Bsdf& bsdf, const V3f& wo, EventMask mask) noexcept;
 
 // Veach's factor for flux at a shading normal, |wo·n||wi·ng| / (|wo·ng||wi·n|); unclamped, 0 if it is not
-// finite. R11: clamp to 4, count.
+// finite. Numerics R11: clamp to 4, count.
 [[nodiscard]] float adjoint_factor(const Bsdf& bsdf, int lobe, const V3f& wo, const V3f& wi) noexcept;
 
 // What a coating lets through to the eye in direction w: 1 minus its albedo's largest channel, times its tint

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photons of one pass in a cell-sorted hash grid: positions, and what sums read, as columns beside the
-// photons (performance: 2-5 times faster than lists of indices). One grid whose queries have a radius, or a
-// grid for each power of two of how far the photons' own kernels reach. Knows no BSDF: a query hands each
+// photons (performance §5: 2-5 times faster than lists of indices). One grid whose queries have a radius, or
+// a grid for each power of two of how far the photons' own kernels reach. Knows no BSDF: a query hands each
 // photon found to its caller. Built anew each pass, memory kept.
 #pragma once
 #include <array>

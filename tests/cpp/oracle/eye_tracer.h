@@ -114,8 +114,7 @@ class EyeTracer {
       std::size_t end = i;
       while (end < met.size() && met[end].gate->plane == met[i].gate->plane && met[end].t == met[i].t) ++end;
       see_lamps(met[i].t);
-      // Design §2 does not say who is first in one plane; here, as in the core, gates of light edits lie on
-      // the eye's side of view gates.
+      // In one plane, gates of light edits lie on the eye's side of those of view edits (design §2).
       if (!choose_gate(view, std::span(met.begin() + static_cast<std::ptrdiff_t>(i), end - i), met[i].t))
         return false;
       if (view.plane >= 0) return true;
