@@ -5,6 +5,7 @@
 #pragma once
 #include <limits>
 
+#include "transport/disks.h"
 #include "transport/flat_sum.h"
 #include "transport/photon_map.h"
 #include "transport/radii.h"

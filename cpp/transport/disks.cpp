@@ -10,16 +10,15 @@ namespace {
 
 // Radii are bounded by parts of the picture, for pictures so small that some pixels are much of them, and by
 // parts of the distance to the camera: else footprints would change too much along a disk.
-constexpr float most_of_picture = 1.0f / 16, most_soft_of_picture = 1.0f / 8, most_of_distance = 0.4f;
+constexpr float max_of_picture = 1.0f / 16, max_soft_of_picture = 1.0f / 8, max_of_distance = 0.4f;
 // The kernel falls to 0 so many radii away (√1.5; density.h).
 constexpr float round_reach = 1.2247449f;
 // Positions are rounded to 2⁻²⁴ of their coordinates: far below this part of them photons of one surface
 // would no longer share a disk (numerics D6).
-constexpr float least_of_coordinate = 0x1p-20f;
+constexpr float min_of_coordinate = 0x1p-20f;
 constexpr float rounding = 1.001f;
-constexpr double parts_of_way = 3;
 
-float least_radius(const V3f& p) noexcept { return least_of_coordinate * p.length(); }
+float min_radius(const V3f& p) noexcept { return min_of_coordinate * p.length(); }
 
 // Anywhere on the surface within half a cell, by a hash of the place; of the digits alone, so that the size
 // of the scene is no matter.
@@ -40,12 +39,12 @@ V3d offset_of_lookup(const Photon& photon) noexcept {
 DiskBounds::DiskBounds(const Camera& camera, const FrameDescription& frame, const TransportSettings& settings)
     : camera_(camera), slope_(static_cast<float>(camera.footprint_slope())) {
   const float side = std::sqrt(static_cast<float>(frame.width) * static_cast<float>(frame.height));
-  const float ever = slope_ > 0 ? most_of_distance / (round_reach * slope_) : infinity;
-  common_ = std::min({settings.caustic_radius_factor, most_of_picture * side, ever});
+  const float ever = slope_ > 0 ? max_of_distance / (round_reach * slope_) : infinity;
+  common_ = std::min({settings.caustic_radius_factor, max_of_picture * side, ever});
   narrowest_ = common_ / settings.caustic_radius_range;
   widest_ = std::min(settings.caustic_radius_range * common_, ever);
   widest_soft_ =
-      std::max(widest_, std::min({settings.soft_range * widest_, most_soft_of_picture * side, ever}));
+      std::max(widest_, std::min({settings.soft_range * widest_, max_soft_of_picture * side, ever}));
 }
 
 float DiskBounds::footprint(const V3f& p) const noexcept {
@@ -55,14 +54,14 @@ float DiskBounds::footprint(const V3f& p) const noexcept {
 float DiskBounds::reach(const V3f& p, bool soft, const float* needed, float scale) const noexcept {
   const float pixel = footprint(p), most = widest(pixel, soft);
   const float radius = needed ? std::clamp(*needed, narrowest_ * pixel, most) : most;
-  return round_reach * std::max(radius * scale, least_radius(p));
+  return round_reach * std::max(radius * scale, min_radius(p));
 }
 
 // A photon at p, d from v, has a footprint within slope · d of that at v, and d is at most its reach R: R ≤ k
 // (f + slope R), k the widest reach in footprints.
 Reaches DiskBounds::around(const V3f& v, float scale) const noexcept {
   const float pixel = footprint(v), k = round_reach * scale * widest_soft_,
-              floor = round_reach * least_radius(v);
+              floor = round_reach * min_radius(v);
   const float most = std::max(k * pixel / (1 - k * slope_), floor);
   const float least =
       std::max(round_reach * scale * narrowest_ * std::max(0.0f, pixel - slope_ * most), floor);
@@ -73,46 +72,6 @@ float DiskReach::operator()(const Photon& photon) const noexcept {
   const bool soft = soft_arrivals & bit_of(photon.arrival);
   return bounds_.reach(photon.position, soft,
                        (soft ? soft_ : sharp_).find(V3d(photon.position), offset_of_lookup(photon)), scale_);
-}
-
-// How wide a disk must be to hold some of the photons that come by mirrors, glass and exits: a part of the
-// way within which lie as many as if their density were the same all along. So a disk in the dark stays away
-// from where there are many, and edges stay sharp.
-Disks size_disks(const DiskSizing& asked, ThreadPool& pool, const std::atomic<bool>& cancel) {
-  Disks disks;
-  const double reach = asked.widest * parts_of_way, near = asked.near * parts_of_way;
-  const auto wanted = static_cast<std::size_t>(std::max(1.0, asked.held * square(parts_of_way)));
-  PhotonMap map;
-  map.build(asked.photons, asked.arrivals, static_cast<float>(reach / 2), pool, cancel);
-  if (cancel || map.size() == 0) return disks;
-  std::vector<std::vector<float>> scratch(static_cast<std::size_t>(pool.size()));
-  const auto disk_at = [&](const V3d& p, int thread) {
-    std::vector<float>& distance2 = scratch[static_cast<std::size_t>(thread)];
-    for (const double within : {near, reach}) {  // where there are many they are close by
-      distance2.clear();
-      if (!cancel)
-        map.query(V3f(p), static_cast<float>(within),
-                  [&](const Photon& photon) { distance2.push_back((photon.position - V3f(p)).length2()); });
-      if (distance2.size() >= wanted || near >= reach) break;
-    }
-    if (distance2.size() < wanted)
-      return static_cast<float>(asked.widest *
-                                std::sqrt(static_cast<double>(wanted) /
-                                          std::max<double>(1, static_cast<double>(distance2.size()))));
-    const auto last = distance2.begin() + static_cast<std::ptrdiff_t>(wanted - 1);
-    std::ranges::nth_element(distance2, last);
-    return static_cast<float>(std::sqrt(*last) / parts_of_way);
-  };
-  for (double edge = asked.common; edge < asked.widest; edge *= Disks::growth) {
-    Cells cells(edge);
-    if (disks.levels.empty())
-      for (const V3d& place : asked.places) cells.at(place);
-    else
-      disks.levels.back().for_each([&](const V3d& place) { cells.at(place); });  // they lie in these whole
-    cells.set_all(pool, disk_at);
-    disks.levels.push_back(std::move(cells));
-  }
-  return disks;
 }
 
 }  // namespace sluice

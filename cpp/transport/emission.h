@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// First segments of light paths, drawn from the guide's mixture: a light, a position, and a direction from
+// First segments of light paths, drawn from the guide's mixtures: a light, a position, and a direction from
 // the light's own distribution or towards a target. Flux is divided by the density of the whole mixture, so
 // every choice of guide gives the same image.
 #pragma once
@@ -7,7 +7,7 @@
 
 #include "base/random.h"
 #include "scene/scene.h"
-#include "transport/guide.h"
+#include "transport/emission_mixture.h"
 
 namespace sluice {
 
@@ -20,10 +20,9 @@ struct EmittedPhoton {
   bool from_infinity = false;  // the origin is only a point of the line: gates behind it count too
 };
 
-// Dimension pairs 0 to 2 of the sampler. Empty: this sample carries no light.
-[[nodiscard]] std::optional<EmittedPhoton> emit_photon(const Scene& scene, const Guide& guide,
+// By the first dimensions of photon_dimensions.h. Empty: this sample carries no light.
+[[nodiscard]] std::optional<EmittedPhoton> emit_photon(const Scene& scene, const EmissionGuide& guide,
                                                        const Sampler& sampler) noexcept;
-inline constexpr std::uint32_t emission_pairs = 3;
 
 // A sphere around all surfaces; the way a sun's light travels (of the world: none in particular).
 [[nodiscard]] Target whole_scene(const Scene& scene) noexcept;

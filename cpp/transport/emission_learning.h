@@ -4,29 +4,17 @@
 // lights can send to what is seen, whatever the pilot found: it may have met none of the few photons that
 // come through a keyhole.
 #pragma once
+#include <utility>
 #include <vector>
 
-#include "transport/light_path.h"
+#include "transport/guide.h"
+#include "transport/pilot_photons.h"
 #include "transport/targets.h"
 #include "transport/visible.h"
 
 namespace sluice {
 
-// A photon that the pilot sent out, and where those that it left behind end in their chunk.
-struct PilotPath {
-  int light;
-  V3d origin;
-  V3f direction;
-  std::size_t photons_end;
-};
-
-// By chunks of paths, which do not depend on threads.
-struct PilotPhotons {
-  std::vector<std::vector<Photon>> photons;
-  std::vector<std::vector<PilotPath>> paths;
-};
-
-// What the mixture of emission is built of.
+// What the mixtures of emission are built of.
 struct EmissionPlan {
   std::vector<Target> things;  // that mirror or refract, and entries that take light
   std::vector<Sight> sights;
@@ -43,15 +31,13 @@ struct EmissionPlan {
 // For the pilot itself, which knows nothing yet. Half of its photons come from lights by what they can send
 // to the sights, half from all alike; of each light's, half leave as they would anyway, a quarter go towards
 // things and a quarter towards sights.
-void aim_pilot(const EmissionPlan& plan, const Scene& scene, Guide& guide);
+[[nodiscard]] EmissionGuide emission_of_pilot(const EmissionPlan& plan, const Scene& scene);
 
-[[nodiscard]] PilotPhotons trace_pilot(const Scene& scene, const TransportSettings& settings,
-                                       const Guide& guide, std::span<LightTracer> tracers, ThreadPool& pool,
-                                       const std::atomic<bool>& cancel);
-
-// Sets guide.lights, strategies, aims and unmet.
-void learn_emission(const EmissionPlan& plan, const Scene& scene, const TransportSettings& settings,
-                    const Effects& effects, const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool,
-                    Guide& guide);
+// For the passes, from photons that the pilot sent out by `first`; and what it did not meet.
+[[nodiscard]] std::pair<EmissionGuide, std::vector<Unmet>> learn_emission(const PilotContext& context,
+                                                                          const EmissionPlan& plan,
+                                                                          const EmissionGuide& first,
+                                                                          const PilotPhotons& pilot,
+                                                                          const Visible& seen);
 
 }  // namespace sluice

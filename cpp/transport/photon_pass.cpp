@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "transport/disks.h"
 #include "transport/radii.h"
 
 namespace sluice {
@@ -30,7 +31,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
       key_of(context.settings.seed, Purpose::PhotonChoices, static_cast<std::uint64_t>(context.pass));
 
   pool.parallel_for(chunk_count, [&](std::size_t c, int thread) {
-    LightTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
+    LightTracer<>& tracer = tracers_[static_cast<std::size_t>(thread)];
     tracer.counts.start(context.scene.edits().size()), tracer.trust = &context.guide.trust;
     // the thread's own while it fills: heads of neighbours share cache lines
     std::vector<Photon> found = std::move(chunks_[c]);
@@ -39,7 +40,7 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
     for (int path = static_cast<int>(c) * paths_per_chunk;
          path < end && !cancel.load(std::memory_order_relaxed); ++path) {
       const Sampler sampler(key, static_cast<std::uint32_t>(path));
-      if (const auto photon = emit_photon(context.scene, context.guide, sampler))
+      if (const auto photon = emit_photon(context.scene, context.guide.emission, sampler))
         tracer.trace(*photon, 1.0f / static_cast<float>(paths), sampler,
                      mix(choices, static_cast<std::uint64_t>(path)), found);
     }

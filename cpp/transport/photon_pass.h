@@ -20,7 +20,7 @@ class PhotonPass {
 
  private:
   PhotonStates states_;
-  std::vector<LightTracer> tracers_;  // per thread
+  std::vector<LightTracer<>> tracers_;  // per thread
   std::vector<std::vector<Photon>> chunks_;
   std::vector<Counts> chunk_counts_;
 };

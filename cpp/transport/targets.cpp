@@ -7,9 +7,14 @@
 #include "edit/gates.h"
 #include "shading/material.h"
 #include "transport/emission.h"
+#include "transport/light_path.h"
+#include "transport/pass.h"
 
 namespace sluice {
 namespace {
+
+// Paths that find out whether an entry takes light that is aimed at it.
+constexpr int min_paths_per_entry = 256, max_paths_per_entry = 4096;
 
 std::array<V3d, 4> corners_of(const Quad& quad) {
   return {quad.point({0, 0}), quad.point({1, 0}), quad.point({0, 1}), quad.point({1, 1})};
@@ -72,10 +77,55 @@ std::vector<Target> specular_targets(const Scene& scene, std::size_t max_count) 
   };
   for (std::size_t i = 0; i < scene.instance_count(); ++i) {
     if (!std::ranges::any_of(scene.instance_materials(i), is_specular)) continue;
-    const Bounds& b = scene.instance_bounds(i);
-    found.push_back({b.middle(), static_cast<float>(0.5001 * b.diagonal())});
+    found.push_back(sphere_around(scene.instance_bounds(i)));
   }
   return clustered(std::move(found), max_count);
+}
+
+namespace {
+
+// So many paths that each light has its turn, the one that an expression names too (of thousands: some).
+// Half of them go towards what mirrors or refracts.
+bool moves_light(const PilotContext& context, int edit, std::span<const Target> specular,
+                 LightTracer<>& tracer) {
+  const Scene& scene = context.scene;
+  const EmissionGuide aim = aim_at(scene, sphere_around(scene.edits()[edit].entry), specular, 0);
+  const int paths =
+      std::clamp(4 * static_cast<int>(std::min<std::size_t>(scene.lights().size(), max_paths_per_entry)),
+                 min_paths_per_entry, max_paths_per_entry);
+  tracer.counts.start(scene.edits().size());
+  std::vector<Photon> photons;
+  for (int path = 0; path < paths && !context.cancel; ++path) {
+    const Sampler sampler(key_of(context.settings.seed, PilotPurpose::Entries),
+                          static_cast<std::uint32_t>(path));
+    photons.clear();
+    if (const auto photon = emit_photon(scene, aim, sampler))
+      tracer.trace(*photon, 1, sampler, static_cast<std::uint64_t>(path), photons);
+    if (tracer.counts.of_edit(edit).moved > 0) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Target> entries_that_take_light(const PilotContext& context, std::span<const Target> specular) {
+  const Edits& edits = context.scene.edits();
+  std::vector<Target> found;
+  if (!context.effects.light_edits) return found;
+  std::vector<int> tried;
+  for (int e = 0; e < edits.size(); ++e)
+    if (contains(edits.takers(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial))
+      tried.push_back(e);
+  std::vector<LightTracer<>> tracers;
+  for (int t = 0; t < context.pool.size(); ++t)
+    tracers.emplace_back(context.scene, context.settings, context.effects, context.pool.size());
+  std::vector<char> moves(tried.size());
+  context.pool.parallel_for(tried.size(), [&](std::size_t i, int thread) {
+    moves[i] = moves_light(context, tried[i], specular, tracers[static_cast<std::size_t>(thread)]);
+  });
+  for (std::size_t i = 0; i < tried.size(); ++i)
+    if (moves[i]) found.push_back(sphere_around(edits[tried[i]].entry));
+  return found;
 }
 
 // Out there light has met nothing: only entries that take it right after L matter, and those that other such
@@ -100,7 +150,7 @@ FarEntries find_far_entries(const Scene& scene) {
       for (const V3d& corner : corners) bounds.add(corner);
     }
   }
-  if (!bounds.empty()) far.target = Target{bounds.middle(), static_cast<float>(0.5001 * bounds.diagonal())};
+  if (!bounds.empty()) far.target = sphere_around(bounds);
   return far;
 }
 
@@ -108,12 +158,11 @@ double flux_into(const Light& light, const Target& sphere) noexcept {
   const double disk = std::numbers::pi * square(static_cast<double>(sphere.radius));
   // a world's on all sides
   if (is_infinite(light)) return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);
-  const double radius = static_cast<double>(sphere.radius) + light.reach,
-               distance2 = (sphere.centre - light.middle).length2();
-  const double sine2 = square(radius) / std::max(distance2, 1e-300);
-  if (sine2 >= 1) return light.power;
-  const double solid_angle = 2 * std::numbers::pi * sine2 / (1 + std::sqrt(1 - sine2));
-  return std::min(static_cast<double>(light.power), light.strength * solid_angle);
+  // from the light's middle, around all that any of its points can see of the sphere
+  const double one_minus_cos = one_minus_cos_of_sphere(static_cast<double>(sphere.radius) + light.reach,
+                                                       (sphere.centre - light.middle).length2());
+  if (one_minus_cos >= 2) return light.power;
+  return std::min(static_cast<double>(light.power), light.strength * (2 * std::numbers::pi * one_minus_cos));
 }
 
 std::vector<double> possible_shares(const Scene& scene, const Target& sphere) {
@@ -124,19 +173,20 @@ std::vector<double> possible_shares(const Scene& scene, const Target& sphere) {
   return flux;
 }
 
-Guide aim_at(const Scene& scene, const Target& place, std::span<const Target> others, float own) {
-  Guide guide;
-  guide.targets.push_back(place);
+Distribution mixed_with_equal(std::span<const double> possible) {
+  std::vector<float> shares;
+  for (const double share : possible)
+    shares.push_back(static_cast<float>(share + 1 / static_cast<double>(possible.size())));
+  return Distribution(shares);
+}
+
+EmissionGuide aim_at(const Scene& scene, const Target& place, std::span<const Target> others, float own) {
+  EmissionGuide guide{
+      .lights = mixed_with_equal(possible_shares(scene, place)), .targets = {place}, .mixtures = {}};
   guide.targets.insert(guide.targets.end(), others.begin(), others.end());
-  std::vector<float> shares, strategy = {own, others.empty() ? 1 - own : (1 - own) / 2};
-  for (std::size_t i = 0; i < others.size(); ++i)
-    strategy.push_back((1 - own) / 2 / static_cast<float>(others.size()));
-  strategy.push_back(0);  // no light's useful directions are known
-  for (const double possible : possible_shares(scene, place))
-    shares.push_back(static_cast<float>(possible + 1 / static_cast<double>(scene.lights().size())));
-  guide.lights = Distribution(shares);
-  guide.strategies.assign(shares.size(), Distribution(strategy));
-  guide.aims.resize(shares.size());
+  EmissionShares shares{.own = own, .targets = {others.empty() ? 1 - own : (1 - own) / 2}};
+  shares.targets.resize(guide.targets.size(), (1 - own) / 2 / static_cast<float>(others.size()));
+  guide.mixtures.assign(scene.lights().size(), EmissionMixture(shares, {}));
   return guide;
 }
 

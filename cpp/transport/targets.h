@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "edit/quad.h"
-#include "scene/scene.h"
-#include "transport/guide.h"
+#include "transport/emission_mixture.h"
+#include "transport/pilot_context.h"
+#include "transport/target.h"
 
 namespace sluice {
 
@@ -19,6 +20,12 @@ namespace sluice {
 
 // Around the scene's things that mirror or refract, clustered.
 [[nodiscard]] std::vector<Target> specular_targets(const Scene& scene, std::size_t max_count);
+
+// Around the entries of light edits that take light which was really met: else the guide, and so the image,
+// is that of no edit. Each is tried by itself, whatever others there are: an edit that takes nothing must not
+// cost another one its target. `specular`: where light may come by on its way.
+[[nodiscard]] std::vector<Target> entries_that_take_light(const PilotContext& context,
+                                                          std::span<const Target> specular);
 
 // Light from infinity starts all over the sphere around the surfaces. What passes by that may still be moved,
 // by entries that hang outside of it, wholly or in part: without a target of their own no photon would ever
@@ -36,10 +43,12 @@ struct FarEntries {
 // Of each light's flux into a sphere, as shares that sum to 1; equal ones where no light has any.
 [[nodiscard]] std::vector<double> possible_shares(const Scene& scene, const Target& sphere);
 
-// A guide to one place alone: a half of the photons from lights by what they can send there, a half from all
-// alike, as an expression may name a dim one. `own`: of each light's photons leave as they would anyway, the
-// rest towards the place and, as many, towards the others.
-[[nodiscard]] Guide aim_at(const Scene& scene, const Target& place, std::span<const Target> others,
-                           float own);
+// Shares of lights of which half are `possible` ones and half are equal: an expression may name a dim light.
+[[nodiscard]] Distribution mixed_with_equal(std::span<const double> possible);
+
+// To one place alone: lights by what they can send there, mixed with equal shares. `own`: of each light's
+// photons leave as they would anyway, the rest towards the place and, as many, towards the others.
+[[nodiscard]] EmissionGuide aim_at(const Scene& scene, const Target& place, std::span<const Target> others,
+                                   float own);
 
 }  // namespace sluice

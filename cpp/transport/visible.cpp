@@ -27,8 +27,8 @@ int side_of(const V3f& n) noexcept {
   return 2 * axis + (n[axis] < 0 ? 1 : 0);
 }
 
-// Around all of the points but the outermost.
-Target sphere_around(std::span<const Hit> hits) {
+// Around all of the points but the outermost: an outlier would make the sphere far too large.
+Target sphere_around_most(std::span<const Hit> hits) {
   V3d middle(0);
   std::vector<double> values(hits.size());
   for (int axis = 0; axis < 3; ++axis) {
@@ -102,7 +102,7 @@ std::vector<Sight> Visible::sights() const {
   std::ranges::stable_sort(sorted, {}, [&](const Hit& hit) { return (hit.position - eye).length2(); });
   for (std::size_t i = std::size(quantiles); i-- > 0;) {
     const auto count = static_cast<std::size_t>(std::ceil(static_cast<double>(sorted.size()) * quantiles[i]));
-    Target sphere = sphere_around(std::span(sorted).first(count));
+    Target sphere = sphere_around_most(std::span(sorted).first(count));
     sphere.radius = std::max(sphere.radius, static_cast<float>(edge(sphere.centre)));  // of one hit alone
     if (!kept.empty() && sphere.radius * growth_of_sights > kept.back().sphere.radius) continue;
     kept.push_back({sphere, 0}), parts.push_back(quantiles[i]);

@@ -6,12 +6,13 @@
 #include <array>
 #include <atomic>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "scene/scene.h"
 #include "transport/cells.h"
-#include "transport/guide.h"
 #include "transport/settings.h"
+#include "transport/target.h"
 #include "transport/vertex.h"
 
 namespace sluice {
@@ -59,6 +60,21 @@ class Visible {
   std::map<int, NumberedCells<std::uint32_t>> levels_;  // edge 2^level; each cell holds its number + 1
   std::vector<Sides> sides_;
   std::vector<Hit> hits_;
+};
+
+// About `wanted` of hits, evenly chosen: every n-th, n odd, as v and y take turns in what is seen.
+class SomeHits {
+ public:
+  SomeHits(std::span<const Hit> hits, std::size_t wanted) noexcept
+      : hits_(hits), step_(hits.size() / wanted | 1) {}
+
+  [[nodiscard]] std::size_t size() const noexcept { return (hits_.size() + step_ - 1) / step_; }
+  [[nodiscard]] std::size_t number(std::size_t i) const noexcept { return i * step_; }  // among all hits
+  [[nodiscard]] const Hit& operator[](std::size_t i) const noexcept { return hits_[number(i)]; }
+
+ private:
+  std::span<const Hit> hits_;
+  std::size_t step_;
 };
 
 // Camera rays through mirrors and glass to v, and one diffuse segment on to y.

@@ -388,8 +388,8 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
 
 // Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one
 // cell's radius to the next one's.
-TEST(Disks, LookupsPassEvenlyFromCellToCell) {
-  Disks disks;
+TEST(RadiusCache, LookupsPassEvenlyFromCellToCell) {
+  RadiusCache disks;
   disks.levels.emplace_back(1.0);
   disks.levels.emplace_back(3.0);
   disks.levels[0].at({0.5, 0.5, 0.5}) = 1, disks.levels[0].at({1.5, 0.5, 0.5}) = 2;

@@ -102,7 +102,7 @@ double noise_beside_the_best(const SceneDescription& description, const std::vec
   Passes all(description);
   const Guide guide = all.guide();
   Guide best = guide;
-  best.lights = Distribution(shares);
+  best.emission.lights = Distribution(shares);
   const auto ours = all.render(guide, passes), theirs = all.render(best, passes);
   // nothing is lost by either
   EXPECT_NEAR(ours.mean, theirs.mean, 5 * std::sqrt((ours.variance + theirs.variance) / passes));
@@ -148,12 +148,12 @@ TEST(Emission, WhatWasNotMetKeepsItsPart) {
   const Guide guide = passes.guide();
   ASSERT_EQ(guide.unmet.size(), 1u);
   EXPECT_EQ(guide.unmet[0].light, 1);
-  EXPECT_FLOAT_EQ(guide.unmet[0].share, guide.lights.pmf(1));
+  EXPECT_FLOAT_EQ(guide.unmet[0].share, guide.emission.lights.pmf(1));
   // What is seen lies within the room's own sphere, of radius 2 √3: the sun's flux through a smaller one
   // against the lamp's 40 W.
   const double most = 3 * std::numbers::pi * square(2 * std::sqrt(3.0));
-  EXPECT_GT(guide.lights.pmf(1), 0.125 * 0.2);
-  EXPECT_LT(guide.lights.pmf(1), 0.125 * most / (most + 40) * 1.05);
+  EXPECT_GT(guide.emission.lights.pmf(1), 0.125 * 0.2);
+  EXPECT_LT(guide.emission.lights.pmf(1), 0.125 * most / (most + 40) * 1.05);
 }
 
 TEST(Targets, AreClusteredWhenThereAreMany) {

@@ -65,7 +65,7 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
   const auto guide_of = [&] {
     Guide guide = make_guide(scene, settings, effects, pool, cancel);
     // small, and the same everywhere
-    guide.least_radius = guide.most_radius = guide.radius = static_cast<float>(how.gather_radius);
+    guide.min_radius = guide.max_radius = guide.radius = static_cast<float>(how.gather_radius);
     guide.samples = mixed_samples(scene.frame());
     return guide;
   };
