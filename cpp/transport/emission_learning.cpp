@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "transport/emission.h"
-#include "transport/light_trust.h"
+#include "transport/light_probing.h"
 
 namespace sluice {
 namespace {

@@ -7,51 +7,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "scene/light.h"
-#include "transport/cells.h"
 #include "transport/emission_mixture.h"
+#include "transport/light_trust.h"
 #include "transport/radius_cache.h"
 #include "transport/sample_map.h"
 
 namespace sluice {
-
-// How next-event estimation chooses of a few lights, by places: a wall that the sun never reaches asks the
-// lamp.
-class LightTrusts {
- public:
-  LightTrusts() = default;
-  // One row of numbers, a number per light, for anywhere; then one for each of the cells, which tell their
-  // rows. `hidden`: per light, whether photon density has its straight light at y.
-  LightTrusts(NumberedCells<std::uint32_t> cells, std::vector<float> rows, std::vector<char> hidden)
-      : cells_(std::move(cells)), hidden_(std::move(hidden)), at_v_(std::move(rows)), at_y_(at_v_) {
-    for (std::size_t i = 0; i < at_y_.size(); ++i)
-      if (hidden_[i % hidden_.size()]) at_y_[i] = 0;
-  }
-
-  [[nodiscard]] LightTrust at_v(const V3d& p) const noexcept { return row(at_v_, p); }
-  // 0 for the hidden ones
-  [[nodiscard]] LightTrust at_y(const V3d& p) const noexcept { return row(at_y_, p); }
-  [[nodiscard]] bool is_hidden(int light) const noexcept {
-    return !hidden_.empty() && hidden_[static_cast<std::size_t>(light)];
-  }
-  [[nodiscard]] std::uint64_t hash() const noexcept {
-    std::uint64_t h = cells_.hash();
-    for (const float t : at_v_) h = mix(h, std::bit_cast<std::uint32_t>(t));
-    for (const char is : hidden_) h = mix(h, static_cast<std::uint64_t>(is));
-    return h;
-  }
-
- private:
-  [[nodiscard]] LightTrust row(const std::vector<float>& rows, const V3d& p) const noexcept {
-    // a light alone is chosen anyway
-    const std::uint32_t* cell = hidden_.size() > 1 ? cells_.find(p) : nullptr;
-    return LightTrust(rows).subspan((cell ? *cell : 0) * hidden_.size(), hidden_.size());
-  }
-
-  NumberedCells<std::uint32_t> cells_;
-  std::vector<char> hidden_;
-  std::vector<float> at_v_, at_y_;
-};
 
 // A light (or an effect) that may well bring something to the picture, though the pilot found nothing of it
 // there. Its noise is not known before it is found.
@@ -62,8 +23,8 @@ struct Unmet {
 };
 
 struct Guide {
-  LightTrusts trust;
   EmissionGuide emission;
+  LightTrusts trust;
   float min_radius = 0, max_radius = 0;  // of gathers at y in the first pass (m)
   // of caustics and edited light, and of what is soft of those (photon.h)
   RadiusCache sharp_disks, soft_disks;

@@ -21,7 +21,7 @@ namespace sluice {
 
 // Bounds of how far kernels reach (m).
 struct Reaches {
-  float least, most;
+  float min, max;
 };
 
 class PhotonMap {
@@ -112,18 +112,18 @@ class PhotonMap {
   // there looks at, so that it meets two along each axis. Beyond them reaches are clamped.
   static constexpr int levels = 64, lowest = 40;
   // three cells after rounding; a row that runs over the table's end is two
-  static constexpr int most_rows_of_level = 2 * 3 * 3;
+  static constexpr int max_rows_of_level = 2 * 3 * 3;
   [[nodiscard]] static float clamp_reach(float reach) noexcept {
     return std::min(std::max(0x1p-40f, reach), 0x1.8p23f);
   }
   [[nodiscard]] static int level_of(float reach) noexcept {
     return static_cast<int>(std::bit_cast<std::uint32_t>(clamp_reach(reach)) >> 23) - 127 + lowest;
   }
-  [[nodiscard]] static float most_of_level(int level) noexcept {
+  [[nodiscard]] static float max_of_level(int level) noexcept {
     return std::bit_cast<float>(static_cast<std::uint32_t>(level - lowest + 128) << 23);
   }
 
-  [[nodiscard]] static float inverse_cell(int level) noexcept { return 0.5f / most_of_level(level); }
+  [[nodiscard]] static float inverse_cell(int level) noexcept { return 0.5f / max_of_level(level); }
 
   [[nodiscard]] static std::int32_t cell_of(float x, float inverse_cell) noexcept {
     return static_cast<std::int32_t>(std::floor(std::clamp(x * inverse_cell, -1e6f, 1e6f)));
@@ -216,15 +216,15 @@ void PhotonMap::look_at_rows(const V3f& p, const V3f& extent, Look&& look) const
 
 template <class Look>
 void PhotonMap::look_at_rows(const V3f& p, const Reaches& reaches, const V3f& extent, Look&& look) const {
-  const std::uint64_t from_least = ~std::uint64_t{0} << level_of(reaches.least),
-                      to_most = ~std::uint64_t{0} >> (levels - 1 - level_of(reaches.most));
+  const std::uint64_t from_min = ~std::uint64_t{0} << level_of(reaches.min),
+                      to_max = ~std::uint64_t{0} >> (levels - 1 - level_of(reaches.max));
   Rows rows;
-  for (std::uint64_t left = photons_.empty() ? 0 : occupied_ & from_least & to_most; left;) {
+  for (std::uint64_t left = photons_.empty() ? 0 : occupied_ & from_min & to_max; left;) {
     int count = 0;
-    for (; left && count + most_rows_of_level <= max_ranges; left &= left - 1) {
+    for (; left && count + max_rows_of_level <= max_ranges; left &= left - 1) {
       const int level = std::countr_zero(left);
       const Grid& grid = grids_[static_cast<std::size_t>(level)];
-      const V3f around = extent * std::min(most_of_level(level), reaches.most);
+      const V3f around = extent * std::min(max_of_level(level), reaches.max);
       if (!grid.is_beside(p, around))
         count += ranges(grid, p, around, std::span(rows).subspan(static_cast<std::size_t>(count)));
     }

@@ -23,7 +23,7 @@ class PhotonStates {
     const std::lock_guard lock(lock_);
     const auto [at, is_new] = numbers_.emplace(std::vector(content.begin(), content.end()),
                                                static_cast<std::uint32_t>(contents_.size()));
-    if (is_new && contents_.size() == most) {
+    if (is_new && contents_.size() == max_states) {
       numbers_.erase(at);
       return none;
     }
@@ -38,7 +38,7 @@ class PhotonStates {
   }
 
  private:
-  static constexpr std::size_t most = std::size_t{1} << Photon::q_bits;
+  static constexpr std::size_t max_states = std::size_t{1} << Photon::q_bits;
   std::mutex lock_;
   std::map<std::vector<std::uint32_t>, std::uint32_t> numbers_;
   std::vector<const std::vector<std::uint32_t>*> contents_;

@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "transport/emission_learning.h"
-#include "transport/light_trust.h"
+#include "transport/light_probing.h"
 #include "transport/radii.h"
 #include "transport/radius_pilot.h"
 #include "transport/targets.h"
@@ -41,7 +41,7 @@ Guide make_guide(const Scene& scene, const TransportSettings& settings, const Ef
 
   const EmissionPlan plan = plan_emission(context, seen);
   guide.emission = emission_of_pilot(plan, scene);
-  guide.trust = try_lights(context, seen.hits(), extent_of(plan.sights, scene));
+  guide.trust = probe_lights(context, seen.hits(), extent_of(plan.sights, scene));
   const PilotPhotons pilot = trace_pilot(context, guide.emission, guide.trust);
   if (cancel) return guide;
 

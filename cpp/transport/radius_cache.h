@@ -13,8 +13,8 @@ struct RadiusCache {
   static constexpr double growth = 3;  // of the cells' edge
   std::vector<Cells> levels;           // the smallest first
 
-  // Looked up at `offset`, in edges of a cell, from p: drawn anew for each photon it hides the cells'
-  // borders. Where that leads off the surface or out of the light, p's own cell answers. Null: the pilot
+  // `offset` is a random jitter in edges of a cell: drawn anew for each photon it hides the cells' borders.
+  // If the jittered cell is empty, off the surface or out of the light, p's own cell answers. Null: the pilot
   // found no photon as far as the largest cells reach.
   [[nodiscard]] const float* find(const V3d& p, const V3d& offset) const noexcept {
     for (const Cells& level : levels)

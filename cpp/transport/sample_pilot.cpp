@@ -8,13 +8,14 @@
 namespace sluice {
 namespace {
 
-constexpr int least_side = 4, most_blocks = 512;  // of a block, in pixels; along the frame's longer side
+constexpr int min_side = 4, max_blocks = 512;  // of a block, in pixels; along the frame's longer side
 // Of a view sample by itself and of each gather segment, against that of asking one light; of a sample of
 // emission alone.
 constexpr double cost_of_path = 4.5, cost_of_segment = 5.5, cost_of_emission = 1.3;
-constexpr std::uint8_t most_light_samples = 4, pilot_light_samples = 2;
+constexpr std::uint8_t max_light_samples = 4, pilot_light_samples = 2;
 constexpr std::uint8_t choices_of_segments[] = {SampleCount::by_turns, 1, 2, 4};
-constexpr double own_voice = 4;  // of a block on its noise, along one axis, against a neighbour's
+// Weight of a block's own estimate of its noise against each neighbour's, per axis, in the smoothing filter.
+constexpr double own_weight = 4;
 // samples of a pixel, by the time they take; fewer leave nothing to place, more make passes long
 constexpr double wanted_mean = 2.5;
 
@@ -74,7 +75,7 @@ struct Noise {
 template <class Act>
 void for_each_kind(Act&& act) {
   for (const std::uint8_t segments : choices_of_segments)
-    for (std::uint8_t lights = 1; lights <= most_light_samples; ++lights)
+    for (std::uint8_t lights = 1; lights <= max_light_samples; ++lights)
       act(SampleCount{.light_samples = lights, .gather_segments = segments});
 }
 
@@ -160,7 +161,7 @@ std::vector<Block> smoothed(const std::vector<Block>& blocks, std::size_t width,
       Block sum;
       for (std::size_t v = y - (y > 0); v <= std::min(y + 1, height - 1); ++v)
         for (std::size_t u = x - (x > 0); u <= std::min(x + 1, width - 1); ++u)
-          sum.add(blocks[v * width + u], (u == x ? own_voice : 1) * (v == y ? own_voice : 1));
+          sum.add(blocks[v * width + u], (u == x ? own_weight : 1) * (v == y ? own_weight : 1));
       out.push_back(sum);
     }
   return out;
@@ -215,8 +216,7 @@ SampleMap place_samples(const PassContext& first, const PhotonSet& photons, Thre
   settings.seed = key_of(settings.seed, PilotPurpose::Samples);  // none of these samples is in the picture
   const PassContext context{first.scene, settings, first.effects, first.guide, first.pass};
   const FrameDescription& frame = context.scene.frame();
-  const int side =
-      std::max(least_side, (std::max(frame.width, frame.height) + most_blocks - 1) / most_blocks);
+  const int side = std::max(min_side, (std::max(frame.width, frame.height) + max_blocks - 1) / max_blocks);
   const auto blocks_of = [side](int pixels) { return static_cast<std::size_t>((pixels + side - 1) / side); };
   const std::size_t width = blocks_of(frame.width), height = blocks_of(frame.height);
   std::vector<ViewTracer> tracers;

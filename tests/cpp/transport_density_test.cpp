@@ -122,12 +122,12 @@ TEST(PhotonMap, FindsThePhotonsWhoseReachHoldsThePlace) {
       std::multiset<std::uint32_t> found, expected;
       map.query(p, some, V3f(1.0001f), [&](const Photon& photon, float per_reach2) {
         EXPECT_NEAR(per_reach2 * square(reach_of(photon)), 1, 1e-5);
-        if (reach_of(photon) <= some.most) found.insert(photon.q);
+        if (reach_of(photon) <= some.max) found.insert(photon.q);
       });
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const float per_reach2 = 1 / square(reach_of(photon));
-          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.most &&
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.max &&
               (photon.position - p).length2() * per_reach2 < 1)
             expected.insert(photon.q);
         }
@@ -378,9 +378,9 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
       const V3f v = p + random.direction() * reach * random.unit();
       const Reaches reaches = bounds.around(v, shrunk);
       ASSERT_TRUE(std::isfinite(reach) && reach > 0);
-      EXPECT_LE(reaches.least, reach) << p << v;
-      EXPECT_GE(reaches.most, reach) << p << v;
-      held += reaches.most < 4 * reach;
+      EXPECT_LE(reaches.min, reach) << p << v;
+      EXPECT_GE(reaches.max, reach) << p << v;
+      held += reaches.max < 4 * reach;
     }
     EXPECT_GT(held, 1000);
   }

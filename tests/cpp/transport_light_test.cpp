@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which lights v asks, and how often: noise changes, the mean does not.
 #include "scene_fixtures.h"
-#include "transport/light_trust.h"
+#include "transport/light_probing.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
 #include "transport/view_pass.h"
@@ -40,7 +40,7 @@ TEST(LightTrust, IsThatOfThePlace) {
       seen.push_back({1, V3d(side * (2 + 0.0001 * i), 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0});
   const Effects effects = find_effects(*scene, settings);
   const std::atomic<bool> cancel{false};
-  const LightTrusts trust = try_lights({*scene, settings, effects, pool, cancel}, seen, 10);
+  const LightTrusts trust = probe_lights({*scene, settings, effects, pool, cancel}, seen, 10);
   const LightTrust dark = trust.at_v(V3d(-2.2, 0, 0.01)), lit = trust.at_v(V3d(2.2, 0, 0.01)),
                    elsewhere = trust.at_v(V3d(0, 3, 0.01));
   EXPECT_NEAR(dark[0] / lit[0], 1, 0.2);    // the near lamp

@@ -3,7 +3,7 @@
 // its ledger closes.
 #include "edit_scene.h"
 #include "scene_fixtures.h"
-#include "transport/light_trust.h"
+#include "transport/light_probing.h"
 #include "transport/photon_pass.h"
 #include "transport/pilot.h"
 #include "transport/view_pass.h"
@@ -339,7 +339,7 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     const Effects effects = find_effects(*scene, settings);
     const std::atomic<bool> cancel{false};
     const LightTrusts trust =
-        try_lights({*scene, settings, effects, pool, cancel}, std::vector<Hit>(64, floor), 10);
+        probe_lights({*scene, settings, effects, pool, cancel}, std::vector<Hit>(64, floor), 10);
     EXPECT_NEAR(trust.at_v(floor.position)[0], 1, 0.2);
     if (casts_shadow)
       EXPECT_LT(trust.at_v(floor.position)[1], 0.1);

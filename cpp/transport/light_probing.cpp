@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/light_trust.h"
+#include "transport/light_probing.h"
 
 #include <algorithm>
 
@@ -116,7 +116,7 @@ bool is_seen_lit(const PilotContext& context, int light, const SomeHits& places)
   return false;
 }
 
-LightTrusts try_lights(const PilotContext& context, std::span<const Hit> seen, double extent) {
+LightTrusts probe_lights(const PilotContext& context, std::span<const Hit> seen, double extent) {
   const Scene& scene = context.scene;
   const std::size_t lights = scene.lights().size();
   if (lights == 0 || lights > few_lights || seen.empty()) return {};
