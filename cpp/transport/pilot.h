@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Makes the guide (design §5): what the camera sees, which lights and which aims send useful photons there.
-// Always over the full frame, the same for every process. An edit that catches nothing changes nothing here,
-// so its picture is that without it, bit for bit; but for one whose entry hangs outside of the sphere around
-// all surfaces and may take light from infinity straight: there no photon comes by chance, so some are always
-// sent (targets.h, FarEntries).
+// Makes the guide (design §5): what the camera sees, which lights and which directions send useful photons
+// there. Always over the full frame, the same for every process. An edit that catches nothing changes nothing
+// here, so its picture is that without it, bit for bit; but for one whose entry hangs outside of the sphere
+// around all surfaces and may take light from infinity straight: there no photon comes by chance, so some are
+// always sent (targets.h, FarEntries).
 #pragma once
 #include <atomic>
 

@@ -20,7 +20,8 @@ constexpr unsigned all_arrivals = (1u << arrival_count) - 1;
 
 // Photons of a pass per m² at some of the places seen, above 0. Each place is measured in parts of the
 // picture.
-std::vector<double> densities_at(const PilotContext& context, PhotonChunks photons, const Visible& seen) {
+std::vector<double> densities_at(const PilotContext& context, PhotonMap::Chunks photons,
+                                 const Visible& seen) {
   const SomeHits places(seen.hits(), places_of_density);
   std::vector<float> reach;
   for (std::size_t i = 0; i < places.size(); ++i)
@@ -43,7 +44,7 @@ std::vector<double> densities_at(const PilotContext& context, PhotonChunks photo
 }
 
 // Where photons of these arrivals lie, as far as the camera sees it.
-std::vector<V3d> visible_places(PhotonChunks photons, const Visible& seen, unsigned arrivals) {
+std::vector<V3d> visible_places(PhotonMap::Chunks photons, const Visible& seen, unsigned arrivals) {
   std::vector<V3d> places;
   for (const auto& chunk : photons)
     for (const Photon& photon : chunk)
@@ -83,7 +84,7 @@ float radius_at(const V3d& p, const PhotonMap& map, const CacheNeeds& needs, std
   return static_cast<float>(std::sqrt(*last) / parts_of_way);
 }
 
-RadiusCache make_cache(const PilotContext& context, PhotonChunks photons, const Visible& seen,
+RadiusCache make_cache(const PilotContext& context, PhotonMap::Chunks photons, const Visible& seen,
                        const CacheNeeds& needs) {
   RadiusCache cache;
   PhotonMap map;
@@ -109,7 +110,7 @@ RadiusCache make_cache(const PilotContext& context, PhotonChunks photons, const 
 
 // Where light is far denser than is typical it counts as so many times the typical density, else one bright
 // spot would make all radii too small.
-std::optional<GatherRadii> size_gathers(const PilotContext& context, PhotonChunks photons,
+std::optional<GatherRadii> size_gathers(const PilotContext& context, PhotonMap::Chunks photons,
                                         const Visible& seen) {
   const std::vector<double> densities = densities_at(context, photons, seen);
   if (densities.empty()) return {};
@@ -124,7 +125,7 @@ std::optional<GatherRadii> size_gathers(const PilotContext& context, PhotonChunk
   return GatherRadii{min, max, std::clamp(radius_of_segment(seen.mean_length, 1 / pi), min, max)};
 }
 
-DiskRadii size_disks(const PilotContext& context, PhotonChunks photons, const Visible& seen,
+DiskRadii size_disks(const PilotContext& context, PhotonMap::Chunks photons, const Visible& seen,
                      const DiskBounds& bounds) {
   const auto footprint = static_cast<float>(seen.footprint);
   if (!(footprint > 0)) return {};

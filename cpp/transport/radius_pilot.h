@@ -2,8 +2,6 @@
 // How wide photon densities are estimated in the first pass, from where the pilot's photons lie.
 #pragma once
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "transport/disks.h"
 #include "transport/pilot_context.h"
@@ -11,22 +9,19 @@
 
 namespace sluice {
 
-// By chunks of paths.
-using PhotonChunks = std::span<const std::vector<Photon>>;
-
 // Of gathers at y (m): bounds, and what is typical.
 struct GatherRadii {
   float min, max, typical;
 };
 // From the mean density of the pilot's photons where the camera looks; empty: nothing is seen.
-[[nodiscard]] std::optional<GatherRadii> size_gathers(const PilotContext& context, PhotonChunks photons,
+[[nodiscard]] std::optional<GatherRadii> size_gathers(const PilotContext& context, PhotonMap::Chunks photons,
                                                       const Visible& seen);
 
 // Of kernels at v: of photons that come by mirrors, glass and exits, and of what is soft of those.
 struct DiskRadii {
   RadiusCache sharp, soft;
 };
-[[nodiscard]] DiskRadii size_disks(const PilotContext& context, PhotonChunks photons, const Visible& seen,
-                                   const DiskBounds& bounds);
+[[nodiscard]] DiskRadii size_disks(const PilotContext& context, PhotonMap::Chunks photons,
+                                   const Visible& seen, const DiskBounds& bounds);
 
 }  // namespace sluice
