@@ -17,11 +17,11 @@
 #include "base/threads.h"
 #include "render/settings.h"
 #include "scene/scene.h"
-#include "transport/arrivals.h"
 #include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/film.h"
 #include "transport/guide.h"
+#include "transport/guide/arrivals.h"
 #include "transport/pass.h"
 
 namespace sluice {

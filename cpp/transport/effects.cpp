@@ -3,7 +3,7 @@
 
 #include "edit/gates.h"
 #include "shading/material.h"
-#include "transport/photon.h"
+#include "transport/photons/photon.h"
 
 namespace sluice {
 namespace {

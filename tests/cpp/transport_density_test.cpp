@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "scene_fixtures.h"
-#include "transport/density.h"
+#include "transport/photons/density.h"
 #include "scene/camera.h"
 #include "transport/guide.h"
 

@@ -2,10 +2,10 @@
 // No lamp starves: photons are shared among lights by what these bring to the picture, in a scene of any
 // extent and with any others beside them.
 #include "scene_fixtures.h"
-#include "transport/emission.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
-#include "transport/targets.h"
+#include "transport/guide/pilot.h"
+#include "transport/guide/targets.h"
+#include "transport/photons/emission.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {

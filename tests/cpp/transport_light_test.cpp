@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which lights v asks, and how often: noise changes, the mean does not.
 #include "scene_fixtures.h"
-#include "transport/light_probing.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/light_probing.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {

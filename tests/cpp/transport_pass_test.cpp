@@ -3,9 +3,9 @@
 // its ledger closes.
 #include "edit_scene.h"
 #include "scene_fixtures.h"
-#include "transport/light_probing.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/light_probing.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {

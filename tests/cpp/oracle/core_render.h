@@ -2,8 +2,8 @@
 // The core's answer in the oracles' terms: whole renders with several seeds, as region means.
 #pragma once
 #include "oracle/rules.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice::oracle {

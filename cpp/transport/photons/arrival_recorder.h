@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "transport/light_path.h"
+#include "transport/photons/light_path.h"
 
 namespace sluice {
 

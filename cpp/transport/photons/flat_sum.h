@@ -5,7 +5,7 @@
 #pragma once
 #include <bit>
 
-#include "transport/photon_map.h"
+#include "transport/photons/photon_map.h"
 
 namespace sluice {
 

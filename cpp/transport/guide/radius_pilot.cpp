@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/radius_pilot.h"
+#include "transport/guide/radius_pilot.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "edit/path_state.h"
-#include "transport/photon.h"
+#include "transport/photons/photon.h"
 
 namespace sluice {
 

@@ -3,9 +3,9 @@
 #pragma once
 #include <optional>
 
-#include "transport/disks.h"
-#include "transport/pilot_context.h"
-#include "transport/visible.h"
+#include "transport/guide/pilot_context.h"
+#include "transport/guide/visible.h"
+#include "transport/photons/disks.h"
 
 namespace sluice {
 

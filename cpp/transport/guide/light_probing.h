@@ -5,9 +5,9 @@
 #pragma once
 #include <span>
 
+#include "transport/guide/pilot_context.h"
+#include "transport/guide/visible.h"
 #include "transport/light_trust.h"
-#include "transport/pilot_context.h"
-#include "transport/visible.h"
 
 namespace sluice {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/pilot.h"
+#include "transport/guide/pilot.h"
 
 #include <algorithm>
 #include <tuple>
 
-#include "transport/emission_learning.h"
-#include "transport/light_probing.h"
+#include "transport/guide/emission_learning.h"
+#include "transport/guide/light_probing.h"
+#include "transport/guide/radius_pilot.h"
+#include "transport/guide/targets.h"
 #include "transport/radii.h"
-#include "transport/radius_pilot.h"
-#include "transport/targets.h"
 
 namespace sluice {
 namespace {

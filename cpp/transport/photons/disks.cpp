@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/disks.h"
+#include "transport/photons/disks.h"
 
 #include <algorithm>
 

@@ -12,10 +12,10 @@
 #include "edit/gates.h"
 #include "transport/branching.h"
 #include "transport/effects.h"
-#include "transport/emission.h"
+#include "transport/photons/emission.h"
 #include "transport/guide.h"
-#include "transport/photon.h"
-#include "transport/photon_states.h"
+#include "transport/photons/photon.h"
+#include "transport/photons/photon_states.h"
 #include "transport/counts.h"
 #include "transport/vertex.h"
 

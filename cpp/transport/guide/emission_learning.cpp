@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/emission_learning.h"
+#include "transport/guide/emission_learning.h"
 
 #include <algorithm>
 #include <numeric>
 
-#include "transport/emission.h"
-#include "transport/light_probing.h"
+#include "transport/guide/light_probing.h"
+#include "transport/photons/emission.h"
 
 namespace sluice {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "transport/guide.h"
-#include "transport/pilot_photons.h"
-#include "transport/targets.h"
-#include "transport/visible.h"
+#include "transport/guide/pilot_photons.h"
+#include "transport/guide/targets.h"
+#include "transport/guide/visible.h"
 
 namespace sluice {
 

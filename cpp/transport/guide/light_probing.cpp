@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/light_probing.h"
+#include "transport/guide/light_probing.h"
 
 #include <algorithm>
 

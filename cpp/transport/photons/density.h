@@ -5,9 +5,9 @@
 #pragma once
 #include <limits>
 
-#include "transport/disks.h"
-#include "transport/flat_sum.h"
-#include "transport/photon_map.h"
+#include "transport/photons/disks.h"
+#include "transport/photons/flat_sum.h"
+#include "transport/photons/photon_map.h"
 #include "transport/radii.h"
 #include "transport/vertex.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/sample_pilot.h"
+#include "transport/guide/sample_pilot.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/light_path.h"
+#include "transport/photons/light_path.h"
 
 #include "edit/hue.h"
-#include "transport/arrival_recorder.h"
-#include "transport/photon_dimensions.h"
+#include "transport/photons/arrival_recorder.h"
+#include "transport/photons/photon_dimensions.h"
 
 namespace sluice {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/targets.h"
+#include "transport/guide/targets.h"
 
 #include <algorithm>
 #include <array>
 
 #include "edit/gates.h"
 #include "shading/material.h"
-#include "transport/emission.h"
-#include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/photons/emission.h"
+#include "transport/photons/light_path.h"
 
 namespace sluice {
 namespace {

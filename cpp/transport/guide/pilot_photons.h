@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "transport/guide.h"
-#include "transport/photon.h"
-#include "transport/pilot_context.h"
+#include "transport/guide/pilot_context.h"
+#include "transport/photons/photon.h"
 
 namespace sluice {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/visible.h"
+#include "transport/guide/visible.h"
 
 #include <algorithm>
 

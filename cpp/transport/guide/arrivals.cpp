@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/arrivals.h"
+#include "transport/guide/arrivals.h"
 
 #include <algorithm>
 #include <map>
 
-#include "transport/arrival_recorder.h"
+#include "transport/guide/targets.h"
 #include "transport/pass.h"
-#include "transport/targets.h"
+#include "transport/photons/arrival_recorder.h"
 
 namespace sluice {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/photon_pass.h"
+#include "transport/photons/photon_pass.h"
 
 #include <algorithm>
 
-#include "transport/disks.h"
+#include "transport/photons/disks.h"
 #include "transport/radii.h"
 
 namespace sluice {

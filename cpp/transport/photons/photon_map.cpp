@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/photon_map.h"
+#include "transport/photons/photon_map.h"
 
 namespace sluice {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "edit/quad.h"
 #include "transport/emission_mixture.h"
-#include "transport/pilot_context.h"
+#include "transport/guide/pilot_context.h"
 #include "transport/target.h"
 
 namespace sluice {

@@ -5,8 +5,8 @@
 #include <atomic>
 
 #include "base/threads.h"
-#include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/photons/light_path.h"
 
 namespace sluice {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/pilot_photons.h"
+#include "transport/guide/pilot_photons.h"
 
 #include <algorithm>
 
-#include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/photons/light_path.h"
 
 namespace sluice {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/arrival_recorder.h"
+#include "transport/photons/arrival_recorder.h"
 
 namespace sluice {
 

@@ -4,7 +4,7 @@
 // lies (the sample-point estimator; Silverman 1986, §2.6, §5.3). Were it the receiver's, a thin bright
 // caustic would be counted by wide disks beside it and by narrow ones on it.
 #pragma once
-#include "transport/photon_map.h"
+#include "transport/photons/photon_map.h"
 #include "transport/radius_cache.h"
 #include "transport/settings.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/threads.h"
-#include "transport/photon.h"
+#include "transport/photons/photon.h"
 
 #if defined(__AVX2__)
 #include <immintrin.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/emission.h"
+#include "transport/photons/emission.h"
 
-#include "transport/photon_dimensions.h"
+#include "transport/photons/photon_dimensions.h"
 
 namespace sluice {
 namespace {
