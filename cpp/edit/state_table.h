@@ -2,7 +2,7 @@
 // What a path remembers for edits (design §3): states of the automata, gates taken, edits used. Contents are
 // interned as met and transitions memoised, so that an event costs one array lookup. One table per thread;
 // numbers differ between threads and contents do not, so photons carry numbers that threads share
-// (transport/photon_states.h). Knows no geometry but hands queries the candidates of a state.
+// (transport/photons/photon_states.h). Knows no geometry but hands queries the candidates of a state.
 #pragma once
 #include <cstdint>
 #include <map>

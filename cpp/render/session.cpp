@@ -8,9 +8,9 @@
 #include <system_error>
 
 #include "edit/edits.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
-#include "transport/sample_pilot.h"
+#include "transport/photons/photon_pass.h"
+#include "transport/guide/pilot.h"
+#include "transport/guide/sample_pilot.h"
 #include "transport/view_pass.h"
 
 namespace sluice {

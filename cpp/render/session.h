@@ -18,9 +18,11 @@
 #include "render/settings.h"
 #include "render/statistics.h"
 #include "scene/scene.h"
+#include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/film.h"
 #include "transport/guide.h"
+#include "transport/guide/arrivals.h"
 #include "transport/pass.h"
 
 namespace sluice {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "scene/scene.h"
-#include "transport/arrivals.h"
+#include "transport/guide/arrivals.h"
 #include "transport/counts.h"
 #include "transport/effects.h"
 #include "transport/film.h"

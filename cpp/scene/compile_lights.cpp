@@ -47,14 +47,13 @@ Light make_sphere(const LightDescription& d, const Scene::Parts& parts) {
   return light;
 }
 
-Light make_sun(const LightDescription& d, const Scene::Parts& parts) {
+Light make_sun(const LightDescription& d) {
   Sun sun;
   sun.to_sun = V3f(row(d.matrix, 2).normalized());
   sun.tan_half = d.angle > 1e-5f ? std::tan(std::min(d.angle / 2, 1.55f)) : 0;
   sun.irradiance = d.color * d.power;
   Light light;
   light.strength = mean(sun.irradiance);
-  light.power = light.strength * pi * square(static_cast<float>(parts.extent) / 2);
   light.kind = sun;
   return light;
 }
@@ -96,7 +95,7 @@ std::optional<Light> make_lamp(const LightDescription& d, const Scene::Parts& pa
   switch (d.kind) {
     case LightKind::Point:
     case LightKind::Spot: return make_sphere(d, parts);
-    case LightKind::Sun: return make_sun(d, parts);
+    case LightKind::Sun: return make_sun(d);
     case LightKind::Area: return make_area(d, parts);
   }
   return {};
@@ -309,8 +308,6 @@ bool add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int 
   }
   Light light;
   light.strength = std::max(pi * mean(world.mean_radiance), 1e-20f);
-  // pi L over the sphere's surface
-  light.power = light.strength * 4 * pi * square(static_cast<float>(parts.extent) / 2);
   light.entity = parts.world_entity, light.visible_to_camera = true;
   light.kind = std::move(world);
   parts.world_light = static_cast<int>(parts.lights.size());

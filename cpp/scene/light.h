@@ -79,7 +79,7 @@ struct Light {
   int entity = -1;
   bool casts_shadow = true;  // false: lights through everything
   bool visible_to_camera = false;
-  float power = 0;  // W; of light from infinity: what crosses the sphere around the scene
+  float power = 0;  // W, of finite lights
   // bounds for choose_light: all of it within `reach` of `middle` (finite lights); intensity (W/sr) or
   // irradiance (W/m², infinite)
   V3d middle{0};

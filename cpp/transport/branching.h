@@ -26,11 +26,11 @@ class SplitBudget {
 };
 
 // The ways on behind an entry that took a path: every exit, and straight on with what a partial entry leaves.
-struct WaysOn {
+struct ExitSplit {
   float taken;  // weight of each exit
   int exits;
 
-  WaysOn(const Edits& edits, const Crossing& crossing) noexcept
+  ExitSplit(const Edits& edits, const Crossing& crossing) noexcept
       : taken(edits[crossing.edit].is_partial ? edits.weight(crossing.edit, crossing.uv) : 1),
         exits(taken > 0 ? static_cast<int>(edits[crossing.edit].exits.size()) : 0) {}
   [[nodiscard]] int count() const noexcept { return exits + (taken < 1 ? 1 : 0); }
@@ -44,9 +44,9 @@ struct WaysOn {
 // Calls push(exit, weight) for each, or above the budget for one that stands for all, chosen by weight: then
 // false.
 template <class Random, class Push>
-[[nodiscard]] bool send_on(const Edits& edits, const Crossing& crossing, SplitBudget& budget, Random&& random,
-                           Push&& push) noexcept {
-  const WaysOn ways(edits, crossing);
+[[nodiscard]] bool split_path(const Edits& edits, const Crossing& crossing, SplitBudget& budget,
+                              Random&& random, Push&& push) noexcept {
+  const ExitSplit ways(edits, crossing);
   if (budget.spend(ways.count() - 1)) {
     ways.for_each(push);
     return true;

@@ -3,7 +3,7 @@
 
 #include "edit/edits.h"
 #include "shading/material.h"
-#include "transport/photon.h"
+#include "transport/photons/photon.h"
 
 namespace sluice {
 namespace {

@@ -1,26 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which lights next-event estimation asks. The bound by which a light is chosen (choose_light) knows of no
-// walls: the sky outside of a room would take most samples and bring nothing. Tried out where the camera
-// looks, before the first pass; changes noise alone.
+// How next-event estimation chooses of a few lights, by places: a wall that the sun never reaches asks the
+// lamp. Found out by light_probing.h.
 #pragma once
-#include <atomic>
-#include <span>
+#include <bit>
+#include <cstdint>
+#include <vector>
 
-#include "base/threads.h"
-#include "transport/effects.h"
-#include "transport/guide.h"
-#include "transport/settings.h"
+#include "scene/light.h"
+#include "transport/cells.h"
 
 namespace sluice {
 
-// `seen`: what view paths meet at v and y, ng on the side they came from; `extent`: the size of what is seen
-// (m), of which cells are a part. Empty where lights are many or nothing is seen.
-[[nodiscard]] LightTrusts try_lights(const Scene& scene, const TransportSettings& settings,
-                                     const Effects& effects, std::span<const Hit> seen, double extent,
-                                     ThreadPool& pool, const std::atomic<bool>& cancel);
+class LightTrusts {
+ public:
+  LightTrusts() = default;
+  // One row of numbers, a number per light, for anywhere; then one for each of the cells, which tell their
+  // rows. `hidden`: per light, whether photon density has its straight light at y.
+  LightTrusts(NumberedCells<std::uint32_t> cells, std::vector<float> rows, std::vector<char> hidden)
+      : cells_(std::move(cells)), hidden_(std::move(hidden)), at_v_(std::move(rows)), at_y_(at_v_) {
+    for (std::size_t i = 0; i < at_y_.size(); ++i)
+      if (hidden_[i % hidden_.size()]) at_y_[i] = 0;
+  }
 
-// Does light come straight from a light to one of so many of these places?
-[[nodiscard]] bool is_seen_lit(const Scene& scene, const TransportSettings& settings, int light,
-                               std::span<const Hit> seen, std::size_t places);
+  [[nodiscard]] LightTrust at_v(const V3d& p) const noexcept { return row(at_v_, p); }
+  // 0 for the hidden ones
+  [[nodiscard]] LightTrust at_y(const V3d& p) const noexcept { return row(at_y_, p); }
+  [[nodiscard]] bool is_hidden(int light) const noexcept {
+    return !hidden_.empty() && hidden_[static_cast<std::size_t>(light)];
+  }
+  [[nodiscard]] std::uint64_t hash() const noexcept {
+    std::uint64_t h = cells_.hash();
+    for (const float t : at_v_) h = mix(h, std::bit_cast<std::uint32_t>(t));
+    for (const char is : hidden_) h = mix(h, static_cast<std::uint64_t>(is));
+    return h;
+  }
+
+ private:
+  [[nodiscard]] LightTrust row(const std::vector<float>& rows, const V3d& p) const noexcept {
+    // a light alone is chosen anyway
+    const std::uint32_t* cell = hidden_.size() > 1 ? cells_.find(p) : nullptr;
+    return LightTrust(rows).subspan((cell ? *cell : 0) * hidden_.size(), hidden_.size());
+  }
+
+  NumberedCells<std::uint32_t> cells_;
+  std::vector<char> hidden_;
+  std::vector<float> at_v_, at_y_;
+};
 
 }  // namespace sluice

@@ -7,8 +7,8 @@
 #include "base/random.h"
 #include "transport/effects.h"
 #include "transport/guide.h"
-#include "transport/photon_map.h"
-#include "transport/photon_states.h"
+#include "transport/photons/photon_map.h"
+#include "transport/photons/photon_states.h"
 #include "transport/settings.h"
 
 namespace sluice {

@@ -5,11 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/scene.h"
 #include "transport/guide.h"
 
 namespace sluice {
 
-inline constexpr float most_radius_of_extent = 0.02f;  // at y, in sizes of the scene
+// At y, whatever the length of the segment.
+[[nodiscard]] inline float widest_gather(const Scene& scene) noexcept {
+  constexpr float max_of_extent = 0.02f;
+  return max_of_extent * static_cast<float>(scene.extent());
+}
 
 // r_p = r_0 (p + 1)^(-1/6): alpha = 2/3, the rate with the least error (Kaplanyan & Dachsbacher 2013).
 [[nodiscard]] inline float radius_scale(int pass) noexcept {
@@ -18,10 +23,15 @@ inline constexpr float most_radius_of_extent = 0.02f;  // at y, in sizes of the 
 
 // At y. A gather segment stands for a bundle of directions: features below a tenth of its length times the
 // spread of its lobe drown in its noise. Near corners, where y is close to v, the radius stays small and so
-// does the bias; the guide bounds it from both sides by the number of photons to be found.
-[[nodiscard]] inline float gather_radius(const Guide& guide, double length, float lobe_pdf) noexcept {
+// does the bias.
+[[nodiscard]] inline float radius_of_segment(double length, float lobe_pdf) noexcept {
   const double spread = std::min(1.0, 1 / std::sqrt(static_cast<double>(lobe_pdf)));
-  return std::clamp(static_cast<float>(0.1 * length * spread), guide.least_radius, guide.most_radius);
+  return static_cast<float>(0.1 * length * spread);
+}
+
+// The same within the guide's bounds, which the number of photons to be found sets.
+[[nodiscard]] inline float gather_radius(const Guide& guide, double length, float lobe_pdf) noexcept {
+  return std::clamp(radius_of_segment(length, lobe_pdf), guide.min_radius, guide.max_radius);
 }
 
 }  // namespace sluice

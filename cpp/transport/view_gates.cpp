@@ -175,7 +175,8 @@ void ViewTracer::meet_view_edit(const ViewPath& path, const Crossing& crossing) 
     return;
   }
   const auto push = [&](int exit, float weight) { push_view_copy(path, crossing, exit, weight); };
-  if (!send_on(scene_.edits(), crossing, budget_, [this] { return random(); }, push)) ++counts.split_capped;
+  if (!split_path(scene_.edits(), crossing, budget_, [this] { return random(); }, push))
+    ++counts.split_capped;
 }
 
 void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, int exit, float weight) {

@@ -10,11 +10,11 @@
 
 #include "scene/gates_in_view.h"
 #include "transport/bundle.h"
-#include "transport/density.h"
 #include "transport/film.h"
 #include "transport/join.h"
-#include "transport/light_path.h"
 #include "transport/pass.h"
+#include "transport/photons/density.h"
+#include "transport/photons/light_path.h"
 
 namespace sluice {
 

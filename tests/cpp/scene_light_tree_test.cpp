@@ -221,11 +221,18 @@ std::vector<Hall> halls() {
 struct Noise {
   double tree = 0, bounds = 0, power = 0;
 };
+// What it sends into the scene (W); of light from infinity, what crosses the sphere around it.
+double power_of(const Scene& scene, const Light& light) {
+  if (!is_infinite(light)) return light.power;
+  const double disk = std::numbers::pi * square(scene.extent() / 2);
+  return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);
+}
+
 Noise noise_at(const Scene& scene, const V3d& from, const V3f& normal) {
   double all = 0, all_bounds = 0, all_power = 0;
   Noise squares;
   for (const Light& light : scene.lights())
-    all_bounds += importance(light, from, normal), all_power += light.power;
+    all_bounds += importance(light, from, normal), all_power += power_of(scene, light);
   for (int i = 0; i < static_cast<int>(scene.lights().size()); ++i) {
     const Light& light = scene.lights()[static_cast<std::size_t>(i)];
     const auto sample = sample_direct(scene, i, from, 0.5f, {0.5f, 0.5f});
@@ -236,7 +243,7 @@ Noise noise_at(const Scene& scene, const V3d& from, const V3f& normal) {
     all += own;
     squares.tree += square(own) / choice_pmf(scene, from, normal, i);
     squares.bounds += square(own) * all_bounds / importance(light, from, normal);
-    squares.power += square(own) * all_power / light.power;
+    squares.power += square(own) * all_power / power_of(scene, light);
   }
   const auto relative = [&](double second_moment) {
     return all > 0 ? std::sqrt(std::max(0.0, second_moment / square(all) - 1)) : 0;

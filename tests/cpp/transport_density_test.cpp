@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "scene_fixtures.h"
-#include "transport/density.h"
+#include "transport/photons/density.h"
 #include "scene/camera.h"
 #include "transport/guide.h"
 
@@ -122,12 +122,12 @@ TEST(PhotonMap, FindsThePhotonsWhoseReachHoldsThePlace) {
       std::multiset<std::uint32_t> found, expected;
       map.query(p, some, V3f(1.0001f), [&](const Photon& photon, float per_reach2) {
         EXPECT_NEAR(per_reach2 * square(reach_of(photon)), 1, 1e-5);
-        if (reach_of(photon) <= some.most) found.insert(photon.q);
+        if (reach_of(photon) <= some.max) found.insert(photon.q);
       });
       for (const auto& chunk : chunks)
         for (const Photon& photon : chunk) {
           const float per_reach2 = 1 / square(reach_of(photon));
-          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.most &&
+          if ((static_cast<unsigned>(photon.arrival) & 1) == 0 && reach_of(photon) <= some.max &&
               (photon.position - p).length2() * per_reach2 < 1)
             expected.insert(photon.q);
         }
@@ -378,9 +378,9 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
       const V3f v = p + random.direction() * reach * random.unit();
       const Reaches reaches = bounds.around(v, shrunk);
       ASSERT_TRUE(std::isfinite(reach) && reach > 0);
-      EXPECT_LE(reaches.least, reach) << p << v;
-      EXPECT_GE(reaches.most, reach) << p << v;
-      held += reaches.most < 4 * reach;
+      EXPECT_LE(reaches.min, reach) << p << v;
+      EXPECT_GE(reaches.max, reach) << p << v;
+      held += reaches.max < 4 * reach;
     }
     EXPECT_GT(held, 1000);
   }
@@ -388,8 +388,8 @@ TEST(Disks, ReceiversLookAsFarAsKernelsReach) {
 
 // Edges of cells leave no trace: where lookups are spread over a cell, their mean passes evenly from one
 // cell's radius to the next one's.
-TEST(Disks, LookupsPassEvenlyFromCellToCell) {
-  Disks disks;
+TEST(RadiusCache, LookupsPassEvenlyFromCellToCell) {
+  RadiusCache disks;
   disks.levels.emplace_back(1.0);
   disks.levels.emplace_back(3.0);
   disks.levels[0].at({0.5, 0.5, 0.5}) = 1, disks.levels[0].at({1.5, 0.5, 0.5}) = 2;

@@ -2,9 +2,10 @@
 // No lamp starves: photons are shared among lights by what these bring to the picture, in a scene of any
 // extent and with any others beside them.
 #include "scene_fixtures.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
-#include "transport/targets.h"
+#include "transport/guide/pilot.h"
+#include "transport/guide/targets.h"
+#include "transport/photons/emission.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {
@@ -102,7 +103,7 @@ double noise_beside_the_best(const SceneDescription& description, const std::vec
   Passes all(description);
   const Guide guide = all.guide();
   Guide best = guide;
-  best.lights = Distribution(shares);
+  best.emission.lights = Distribution(shares);
   const auto ours = all.render(guide, passes), theirs = all.render(best, passes);
   // nothing is lost by either
   EXPECT_NEAR(ours.mean, theirs.mean, 5 * std::sqrt((ours.variance + theirs.variance) / passes));
@@ -148,12 +149,60 @@ TEST(Emission, WhatWasNotMetKeepsItsPart) {
   const Guide guide = passes.guide();
   ASSERT_EQ(guide.unmet.size(), 1u);
   EXPECT_EQ(guide.unmet[0].light, 1);
-  EXPECT_FLOAT_EQ(guide.unmet[0].share, guide.lights.pmf(1));
+  EXPECT_FLOAT_EQ(guide.unmet[0].share, guide.emission.lights.pmf(1));
   // What is seen lies within the room's own sphere, of radius 2 √3: the sun's flux through a smaller one
   // against the lamp's 40 W.
   const double most = 3 * std::numbers::pi * square(2 * std::sqrt(3.0));
-  EXPECT_GT(guide.lights.pmf(1), 0.125 * 0.2);
-  EXPECT_LT(guide.lights.pmf(1), 0.125 * most / (most + 40) * 1.05);
+  EXPECT_GT(guide.emission.lights.pmf(1), 0.125 * 0.2);
+  EXPECT_LT(guide.emission.lights.pmf(1), 0.125 * most / (most + 40) * 1.05);
+}
+
+// Shares need not sum to 1; ways without one are neither drawn nor asked for their density.
+TEST(EmissionMixture, DrawsEachWayByItsShareAndAddsUpTheirDensities) {
+  const std::vector<float> flat(EmissionHistogram::cells, 1.0f);
+  const EmissionMixture mixture({.own = 1, .targets = {2, 0, 3}, .histogram = 4}, EmissionHistogram(flat));
+  constexpr int draws = 10000;
+  double own = 0, histogram = 0, target[3] = {0, 0, 0};
+  for (int i = 0; i < draws; ++i) {
+    const auto [way, t, u] = mixture.sample((static_cast<float>(i) + 0.5f) / draws);
+    EXPECT_TRUE(u >= 0 && u < 1);
+    (way == EmissionMixture::Way::Own      ? own
+     : way == EmissionMixture::Way::Target ? target[t]
+                                           : histogram) += 1.0 / draws;
+  }
+  EXPECT_NEAR(own, 0.1, 1e-3);
+  EXPECT_NEAR(target[0], 0.2, 1e-3);
+  EXPECT_EQ(target[1], 0);
+  EXPECT_NEAR(target[2], 0.3, 1e-3);
+  EXPECT_NEAR(histogram, 0.4, 1e-3);
+  const float pdf =
+      mixture.pdf([](float share) { return 10 * share; }, [](float share) { return share * 100; },
+                  [](std::size_t t, float share) {
+                    EXPECT_NE(t, 1u);
+                    return share * (t == 0 ? 1000 : 10000);
+                  });
+  EXPECT_FLOAT_EQ(pdf, 1 + 40 + 200 + 3000);
+}
+
+// What a lamp sends out, and what of it goes into a sphere, is the same however much is aimed there.
+TEST(EmissionMixture, MeansDoNotDependOnIt) {
+  SceneDescription description = room(0);
+  add_point(description, {0, 0, 1.5}, 40, "Lamp");
+  const auto scene = test::compiled(description);
+  const Target place{V3d(1, 0, 0), 0.3f};
+  for (const float own : {1.0f, 0.5f, 0.1f}) {
+    const EmissionGuide guide = aim_at(*scene, place, {}, own);
+    test::Mean into, all;
+    for (std::uint32_t i = 0; i < 40000; ++i) {
+      const auto photon = emit_photon(*scene, guide, Sampler(5, i));
+      const float flux = photon ? photon->flux.x : 0;
+      all.add(flux);
+      into.add(photon && aims_at(place, photon->origin, photon->direction, false) ? flux : 0);
+    }
+    EXPECT_NEAR(all.value(), 40, 4 * all.error() + 1e-3) << own;
+    // the lamp is nearly a point, whose flux into a sphere has a closed form
+    EXPECT_NEAR(into.value(), flux_into(scene->lights()[0], place), 4 * into.error() + 0.1) << own;
+  }
 }
 
 TEST(Targets, AreClusteredWhenThereAreMany) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which lights v asks, and how often: noise changes, the mean does not.
 #include "scene_fixtures.h"
-#include "transport/light_trust.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/light_probing.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {
@@ -38,8 +38,9 @@ TEST(LightTrust, IsThatOfThePlace) {
   for (int i = 0; i < 4000; ++i)
     for (const double side : {-1, 1})
       seen.push_back({1, V3d(side * (2 + 0.0001 * i), 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0});
-  const auto trust =
-      try_lights(*scene, settings, find_effects(*scene, settings), seen, 10, pool, std::atomic<bool>(false));
+  const Effects effects = find_effects(*scene, settings);
+  const std::atomic<bool> cancel{false};
+  const LightTrusts trust = probe_lights({*scene, settings, effects, pool, cancel}, seen, 10);
   const LightTrust dark = trust.at_v(V3d(-2.2, 0, 0.01)), lit = trust.at_v(V3d(2.2, 0, 0.01)),
                    elsewhere = trust.at_v(V3d(0, 3, 0.01));
   EXPECT_NEAR(dark[0] / lit[0], 1, 0.2);    // the near lamp

@@ -3,9 +3,9 @@
 // its ledger closes.
 #include "edit_scene.h"
 #include "scene_fixtures.h"
-#include "transport/light_trust.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/light_probing.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice {
@@ -60,7 +60,8 @@ struct Renderer {
   std::pair<std::optional<EmittedPhoton>, std::vector<Photon>> light_path(std::uint32_t path) {
     LightTracer tracer(scene, settings, effects, 1);
     const Sampler sampler(7, path);
-    std::pair<std::optional<EmittedPhoton>, std::vector<Photon>> out{emit_photon(scene, guide, sampler), {}};
+    std::pair<std::optional<EmittedPhoton>, std::vector<Photon>> out{
+        emit_photon(scene, guide.emission, sampler), {}};
     if (out.first) tracer.trace(*out.first, 1, sampler, path, out.second);
     return out;
   }
@@ -335,8 +336,10 @@ TEST(Pass, LampsWithoutShadowsAreTrustedBehindWalls) {
     const auto scene = test::compiled(description);
     const TransportSettings settings;
     const Hit floor{1, V3d(0, 0, 0.01), V3f(0, 0, 1), V3f(0), 0, 0, 0, 0};
-    const auto trust = try_lights(*scene, settings, find_effects(*scene, settings),
-                                  std::vector<Hit>(64, floor), 10, pool, std::atomic<bool>(false));
+    const Effects effects = find_effects(*scene, settings);
+    const std::atomic<bool> cancel{false};
+    const LightTrusts trust =
+        probe_lights({*scene, settings, effects, pool, cancel}, std::vector<Hit>(64, floor), 10);
     EXPECT_NEAR(trust.at_v(floor.position)[0], 1, 0.2);
     if (casts_shadow)
       EXPECT_LT(trust.at_v(floor.position)[1], 0.1);

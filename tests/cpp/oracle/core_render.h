@@ -2,8 +2,8 @@
 // The core's answer in the oracles' terms: whole renders with several seeds, as region means.
 #pragma once
 #include "oracle/rules.h"
-#include "transport/photon_pass.h"
-#include "transport/pilot.h"
+#include "transport/guide/pilot.h"
+#include "transport/photons/photon_pass.h"
 #include "transport/view_pass.h"
 
 namespace sluice::oracle {
@@ -65,7 +65,7 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
   const auto guide_of = [&] {
     Guide guide = make_guide(scene, settings, effects, pool, cancel);
     // small, and the same everywhere
-    guide.least_radius = guide.most_radius = guide.radius = static_cast<float>(how.gather_radius);
+    guide.min_radius = guide.max_radius = guide.radius = static_cast<float>(how.gather_radius);
     guide.samples = mixed_samples(scene.frame());
     return guide;
   };
