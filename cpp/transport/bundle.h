@@ -12,6 +12,7 @@
 #include "edit/path_state.h"
 #include "transport/film.h"
 #include "transport/vertex.h"
+#include "transport/view/join_constraints.h"
 
 namespace sluice {
 
@@ -67,7 +68,7 @@ class Few {
 
 // One kind of lobe of v through which gathered light reaches the eye.
 struct Arm {
-  int joins;
+  ConstraintId joins;
   Color weight;     // of light that comes by the segment: f / density, cosine included
   ImageSet images;  // that it is for
   EventMask lobes = gathering;

@@ -103,12 +103,12 @@ void ViewTracer::find_takers(const Seer& finder) {
   far.states.clear(), far.takers.clear(), far.near_entries.clear();
   for (const StateId q : far.arrived)
     for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
-      const StateId behind = states_.next(q, scene_.event_class(e, far.y.hit));
+      const StateId behind = selection_.states().next(q, scene_.event_class(e, far.y.hit));
       if (std::ranges::find(far.states, behind) == far.states.end()) far.states.push_back(behind);
     });
   for (const StateId state : far.states) {
-    const EditSet taking = states_.taking_list(state).members;
-    if (states_.takes_none(state)) continue;
+    const EditSet taking = selection_.states().taking_list(state).members;
+    if (selection_.states().takes_none(state)) continue;
     far.takers.resize(taking.size());
     for (std::size_t i = 0; i < taking.size(); ++i) far.takers[i] |= taking[i];
   }
@@ -127,18 +127,20 @@ void ViewTracer::find_takers(const Seer& finder) {
 // Would an entry take some of the light, between y and v or between v and the eye?
 inline bool ViewTracer::is_taken(const Connection& way, const Seer& finder) {
   // seldom: apart, so that it costs no call
-  return (joins_.is_constrained(way.to->path.joins) || far_end_.may_be_taken) && ask_entries(way, finder);
+  return (selection_.constraints().is_constrained(way.to->path.joins) || far_end_.may_be_taken) &&
+         ask_entries(way, finder);
 }
 bool ViewTracer::ask_entries(const Connection& way, const Seer& finder) {
   find_takers(finder);
   const Seer& seer = *way.to;
   const FarEnd& far = far_end_;
-  if (joins_.is_constrained(seer.path.joins)) {
+  if (selection_.constraints().is_constrained(seer.path.joins)) {
     bool arrives = true;
     for_each_event(kinds_of(seer.v), [&](Event e) {
-      const int joins = event_at(seer.path.joins, seer.v, e);
+      const ConstraintId joins = event_at(seer.path.joins, seer.v, e);
       for (const StateId state : far.states)
-        arrives = arrives && joins_.arrive(states_, state, joins).fate == Joins::Fate::Arrives;
+        arrives = arrives && selection_.constraints().arrive(selection_.states(), state, joins).outcome ==
+                                 JoinOutcome::Joined;
     });
     if (!arrives) return true;
   }

@@ -86,7 +86,7 @@ void ViewTracer::light_sample(const ViewPath& path, const Vertex& v, const Sampl
   const auto way = unblocked(v, light, point);
   if (!way) return;
   for (const Arrived& at : all) {
-    const Joined to = join_behind(path.joins, way->q, v, at.event);
+    const JoinResult to = join_behind(path.joins, way->q, v, at.event);
     if (to.images) add(Part::Direct, path, at.radiance * way->left, to);
   }
 }
@@ -119,7 +119,7 @@ void ViewTracer::straight_light(const ViewPath& path, const Vertex& y, const Sam
   if (is_kept) note_state(way->q);
   for (const Arm& arm : arms)
     for (const Arrived& at : std::span(arrived).first(count)) {
-      Joined to = join_behind(arm.joins, way->q, y, at.event);
+      JoinResult to = join_behind(arm.joins, way->q, y, at.event);
       to.images &= arm.images;
       if (to.images) deliver(path, at.radiance * way->left / density, arm, to);
     }
@@ -135,15 +135,15 @@ void ViewTracer::keep_straight_light(const AskedLight& asked) {
   far.straight.wi = point.wi, far.straight.arriving = point.radiance * way->left / density;
   for (const Arm& arm : far.arms)
     for_each_event(events_to_all(scene_.material(far.y.hit), far.y.bsdf) & gathering, [&](Event e) {
-      Joined to = join_behind(arm.joins, way->q, far.y, e);
+      JoinResult to = join_behind(arm.joins, way->q, far.y, e);
       to.images &= arm.images;
       if (to.images) far.straight.shares[far.straight.count++] = {arm.index, e, to.q, to.images};
     });
 }
 
 // What light in state q becomes that leaves the vertex by an event.
-ViewTracer::Joined ViewTracer::join_behind(int joins, StateId q, const Vertex& vertex, Event e) {
-  return asks_state(joins) ? join(q, event_at(joins, vertex, e)) : Joined{picture};
+JoinResult ViewTracer::join_behind(ConstraintId joins, StateId q, const Vertex& vertex, Event e) {
+  return selection_.asks_state(joins) ? join(q, event_at(joins, vertex, e)) : JoinResult{picture};
 }
 
 // What is left of a light's on its way to the vertex, and its state; empty: surfaces or entries take it.
@@ -163,17 +163,19 @@ std::optional<ViewTracer::Unblocked> ViewTracer::unblocked(const Vertex& vertex,
     ++counts.states_capped;
     return {};
   }
-  if (!states_.takes_none(way.q)) {
+  if (!selection_.states().takes_none(way.q)) {
     ++counts.edit_queries;
     const Segment segment{vertex.hit.position, V3d(sample.wi), 0, sample.reach, -1};
-    if (scene_.edits().any_taken(states_, way.q, segment)) return count_taken(way.q, segment), std::nullopt;
+    if (scene_.edits().any_taken(selection_.states(), way.q, segment))
+      return count_taken(way.q, segment), std::nullopt;
   }
   return way;
 }
 
 // Of the entries on the segment that take q, light meets those of the last plane first, there by order.
 void ViewTracer::count_taken(StateId q, const Segment& to_light) {
-  scene_.edits().entries_crossed(Side::Light, to_light, states_.taking_list(q).members, crossings_);
+  scene_.edits().entries_crossed(Side::Light, to_light, selection_.states().taking_list(q).members,
+                                 crossings_);
   const Crossing* taker = nullptr;
   for (const Crossing& crossing : crossings_)
     if (!taker || crossing.t != taker->t || crossing.group != taker->group) taker = &crossing;
@@ -183,10 +185,11 @@ void ViewTracer::count_taken(StateId q, const Segment& to_light) {
 // Does a view edit take the path that goes on towards a light by a followed lobe? Then the light is not to be
 // seen there.
 bool ViewTracer::is_taken_from_view(const ViewPath& path, const Vertex& vertex, const DirectSample& light) {
-  const StateId state = states_.next(path.state, scene_.event_class(Event::S, vertex.hit));
-  if (states_.takes_none(state)) return false;
+  const StateId state = selection_.states().next(path.state, scene_.event_class(Event::S, vertex.hit));
+  if (selection_.states().takes_none(state)) return false;
   ++counts.edit_queries;
-  return scene_.edits().any_taken(states_, state, {vertex.hit.position, V3d(light.wi), 0, light.reach, -1});
+  return scene_.edits().any_taken(selection_.states(), state,
+                                  {vertex.hit.position, V3d(light.wi), 0, light.reach, -1});
 }
 
 // What the world and suns send along a segment that meets nothing.
@@ -222,11 +225,12 @@ void ViewTracer::add_emission(const ViewPath& path, const LightSegment& segment,
     }
   }
   for (const Arm& arm : arms) {
-    Joined to{picture};
-    if (asks_state(arm.joins)) {
-      to = join(states_.next(StateTable::light_start,
-                             light >= 0 ? light_class(light) : scene_.event_class(Event::L, *hit)),
-                arm.joins);
+    JoinResult to{picture};
+    if (selection_.asks_state(arm.joins)) {
+      to =
+          join(selection_.states().next(StateTable::light_start,
+                                        light >= 0 ? light_class(light) : scene_.event_class(Event::L, *hit)),
+               arm.joins);
     }
     to.images &= arm.images;
     if (to.images) add(is_direct ? Part::Direct : Part::Emission, path, radiance * arm.weight, to);

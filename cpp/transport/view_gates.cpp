@@ -18,8 +18,8 @@ bool ViewTracer::can_leave(ViewPath& path) {
     return false;
   }
   if (path.at_edit < 0) return true;
-  const auto crossing =
-      scene_.edits().first_taken_at_exit(states_, path.state, path.at_edit, path.at_exit, path.origin);
+  const auto crossing = scene_.edits().first_taken_at_exit(selection_.states(), path.state, path.at_edit,
+                                                           path.at_exit, path.origin);
   path.at_edit = -1;
   if (crossing) meet_view_edit(path, *crossing);
   return !crossing;
@@ -57,7 +57,7 @@ ViewTracer::Went ViewTracer::cross_gates(ViewPath& path, const Asks& asks, doubl
   std::optional<Crossing> capture;
   if (asks.view_entries) {
     ++counts.edit_queries;
-    capture = edits.first_taken(states_, path.state, segment);
+    capture = edits.first_taken(selection_.states(), path.state, segment);
     if (capture) segment.t_max = capture->t;
   }
   const auto collect_lamps = [&](double until) {
@@ -126,20 +126,20 @@ ViewTracer::Went ViewTracer::cross_plane(ViewPath& path, std::span<const Crossin
 bool ViewTracer::may_take(const ViewPath& path, const Crossing& crossing) const noexcept {
   const Edit& edit = scene_.edits()[crossing.edit];
   if (crossing.exit == QuadId::entry && !edit.is_partial) return false;
-  return edit.repeat || !joins_.uses(path.joins, crossing.edit);
+  return edit.repeat || !selection_.constraints().uses(path.joins, crossing.edit);
 }
 
 // Light went straight past the plane's entries, or past those between an exit and the entry that the path
 // came out of: entries of a higher order than that one are not crossed (design §2).
-int ViewTracer::pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except) {
-  int joins = path.joins;
+ConstraintId ViewTracer::pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except) {
+  ConstraintId joins = path.joins;
   const auto is_below = [&](const Crossing& c) {  // of equals, the first described
     return path.own_entry < 0 ||
            std::pair(c.order, c.edit) < std::pair(scene_.edits()[path.own_entry].order, path.own_entry);
   };
   for (const Crossing& c : plane)
     if (c.exit == QuadId::entry && c.edit != except && c.edit != path.own_entry && is_below(c))
-      joins = joins_.passed(joins, c.edit);
+      joins = selection_.constraints().passed(joins, c.edit);
   return joins;
 }
 
@@ -158,9 +158,9 @@ bool ViewTracer::go_backward(ViewPath& path, std::span<const Crossing> plane, co
     ++counts.grazing_dropped;
     return false;
   }
-  path.joins = joins_.gate(pass_entries(path, plane, crossing.edit), crossing.edit);
+  path.joins = selection_.constraints().gate(pass_entries(path, plane, crossing.edit), crossing.edit);
   // its F is an event of the view word too
-  if (effects_.view_edits) path.state = states_.through(path.state, crossing.edit);
+  if (effects_.view_edits) path.state = selection_.states().through(path.state, crossing.edit);
   path.own_entry = path.last_edit = crossing.edit;
   apply_gate(path, *passage, weight);
   return !is_black(path.weight);
@@ -185,8 +185,8 @@ void ViewTracer::push_view_copy(const ViewPath& path, const Crossing& crossing, 
     return;
   }
   ViewPath& copy = branches_[branch_count_] = path;
-  copy.state = states_.through(path.state, crossing.edit);
-  copy.joins = joins_.view_gate(path.joins, crossing.edit);
+  copy.state = selection_.states().through(path.state, crossing.edit);
+  copy.joins = selection_.constraints().view_gate(path.joins, crossing.edit);
   copy.at_edit = copy.last_edit = crossing.edit, copy.at_exit = exit;
   apply_gate(copy, *passage, weight);
   if (is_black(copy.weight)) return;

@@ -10,7 +10,7 @@
 namespace sluice {
 
 // Radiance that goes on to the eye by an arm; or, where the bundle shares it, that leaves y.
-void ViewTracer::deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to) {
+void ViewTracer::deliver(const ViewPath& path, const Color& radiance, const Arm& arm, JoinResult to) {
   if (arm.is_kept)
     put(far_end_.light_of(arm), radiance, to.q, to.images);
   else
@@ -24,49 +24,28 @@ void ViewTracer::credit_arm(StateId q, const ViewPath& path, const Color& radian
     credit_radiance(q, radiance * arm.weight * path.weight);
 }
 
-ViewTracer::Joined ViewTracer::try_join(StateId q, int joins) noexcept {
-  const auto [at_eye, fate, taker] = joins_.arrive(states_, q, joins);
-  // lost to the layers alone
-  if (fate == Joins::Fate::StatesCapped && !joins_.is_constrained(joins)) return {picture, at_eye, fate};
-  if (fate != Joins::Fate::Arrives) return {0, at_eye, fate, taker};
-  if (!effects_.layers) return {picture, at_eye};
-  const StateId whole = states_.next(at_eye, scene_.edits().event_class(Event::E, -1));
-  return {states_.images(whole), at_eye, whole == StateTable::dead ? Joins::Fate::StatesCapped : fate};
-}
-
-ViewTracer::Joined ViewTracer::counted(const Joined& joined) noexcept {
-  if (joined.fate == Joins::Fate::GatesCapped) ++counts.gates_capped;
-  if (joined.fate == Joins::Fate::StatesCapped) ++counts.states_capped;
+JoinResult ViewTracer::counted(const JoinResult& joined) noexcept {
+  if (joined.outcome == JoinOutcome::GatesCapped) ++counts.gates_capped;
+  if (joined.outcome == JoinOutcome::StatesCapped) ++counts.states_capped;
   if (joined.taker >= 0) counts.of_edit(joined.taker).kept = true;
   return joined;
 }
 
-void ViewTracer::join_run(PhotonRun& run, int joins) noexcept {
-  run.to = join_photon(run.q, joins);
+void ViewTracer::join_run(PhotonRun& run, ConstraintId joins) noexcept {
+  run.to = selection_.join_photon(run.q, joins);
   run.to.images &= run.asked;
-  run.is_plain = run.sums && run.to.images == picture && run.to.fate == Joins::Fate::Arrives &&
-                 states_.gates(run.to.q) == 0;
-}
-
-// For a state of the pass's photons. Remembered while C stays the same.
-ViewTracer::Joined ViewTracer::join_photon(std::uint32_t q, int joins) noexcept {
-  if (!asks_state(joins)) return {picture, state_of_[q]};
-  if (joins != memo_joins_) memo_joins_ = joins, ++memo_now_;
-  if (memo_mark_[q] != memo_now_) {
-    memo_mark_[q] = memo_now_;
-    memo_[q] = try_join(state_of_[q], joins);
-  }
-  return memo_[q];
+  run.is_plain = run.sums && run.to.images == picture && run.to.outcome == JoinOutcome::Joined &&
+                 selection_.states().gates(run.to.q) == 0;
 }
 
 // Gathering lobes by what C and the layers can tell apart. The picture's are taken at once where C allows all
 // of them, so that layers change no bit of it.
-Few<ViewTracer::LobeGroup> ViewTracer::groups_of(int joins, const Vertex& vertex, ImageSet images) {
+Few<ViewTracer::LobeGroup> ViewTracer::groups_of(ConstraintId joins, const Vertex& vertex, ImageSet images) {
   Few<LobeGroup> groups;
-  const bool is_apart = joins_.is_constrained(joins);
+  const bool is_apart = selection_.constraints().is_constrained(joins);
   const EventMask kinds = vertex.bsdf.events() & gathering;
   if (!is_apart && !effects_.layers) {
-    groups.add({gathering, Joins::all, images});
+    groups.add({gathering, no_constraint, images});
   } else if (!is_apart && (kinds != gathering || same_event(vertex))) {
     groups.add(
         {gathering, event_at(joins, vertex, kinds == mask_of(Event::G) ? Event::G : Event::D), images});
@@ -86,7 +65,7 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
   for (const auto& [mask, joins, asked] : groups_of(path.joins, v, all_images)) {
     ++counts.gathers;
     const bool sums = path.hue < 0 && (asked & picture);  // the picture's share is summed up first
-    PhotonRun run{asks_photons(joins), asked, sums};
+    PhotonRun run{selection_.asks_photons(joins), asked, sums};
     Color caustics(0), edited(0);
     const auto ask = [&, joins = joins](std::uint32_t q) { return start_run(run, q, joins), answer_of(run); };
     const auto found = [&, joins = joins](const Photon& photon, const Color& radiance, bool is_summed) {
@@ -94,7 +73,7 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
       if (run.is_new(photon)) start_run(run, photon.q, joins);
       if (run.is_plain)
         return void((++counts.photons_gathered, (is_edited(photon.arrival) ? edited : caustics) += radiance));
-      Joined to = counted(run.to);
+      JoinResult to = counted(run.to);
       if (!to.images) return;
       counts.photons_gathered += !is_summed;
       if (sums && !is_summed)
@@ -104,7 +83,7 @@ void ViewTracer::close_density(const ViewPath& path, const Vertex& v) {
       if (to.images) add(is_edited(photon.arrival) ? Part::Edited : Part::Caustics, path, radiance, to);
     };
     const Sum sum = estimate_density(photons_->close, Receiver(v, mask), reaches,
-                                     {sums, left, asks_state(joins)}, ask, found);
+                                     {sums, left, selection_.asks_state(joins)}, ask, found);
     counts.photons_gathered += sum.photons;
     if (!sums) continue;
     add(Part::Caustics, path, caustics + sum.radiance, {picture});
@@ -252,7 +231,7 @@ void ViewTracer::narrow(const ViewPath& path, const LightSegment& segment, doubl
                                    takers, crossings_);
     for (const Crossing& crossing : crossings_) {
       collect_lamps(crossing.t);
-      for (Arm& arm : arms) arm.joins = joins_.passed(arm.joins, crossing.edit);
+      for (Arm& arm : arms) arm.joins = selection_.constraints().passed(arm.joins, crossing.edit);
     }
   }
   collect_lamps(std::numeric_limits<double>::infinity());
@@ -268,25 +247,25 @@ void ViewTracer::gather_at(const ViewPath& path, const Vertex& y, const Arms& ar
     for (const auto& [mask, joins, asked] : groups_of(arm.joins, y, arm.images)) {
       ++counts.gathers;
       const bool sums = path.hue < 0 && (asked & picture);
-      PhotonRun run{asks_photons(joins), asked, sums};
+      PhotonRun run{selection_.asks_photons(joins), asked, sums};
       Color found_sum(0);
       const auto ask = [&, joins = joins](std::uint32_t q) {
         start_run(run, q, joins);
-        if (arm.is_kept) note_state(state_of_[q]);
+        if (arm.is_kept) note_state(selection_.state_of_photon(q));
         return answer_of(run);
       };
       const auto found = [&](const Photon& photon, const Color& radiance, bool is_summed) {
         if (photon.depth > left) return void(++counts.depth_capped);
         if (run.is_new(photon)) ask(photon.q);
         if (run.is_plain) return void((++counts.photons_gathered, found_sum += radiance));
-        Joined to = counted(run.to);
+        JoinResult to = counted(run.to);
         if (!to.images) return;
         counts.photons_gathered += !is_summed;
         if (sums && !is_summed) found_sum += radiance, credit_arm(to.q, path, radiance, arm);
         if (sums) to.images &= ~picture;
         if (to.images) deliver(path, radiance, arm, to);
       };
-      const SumRule rule{sums, left, asks_state(joins) || (effects_.light_edits && arm.is_kept)};
+      const SumRule rule{sums, left, selection_.asks_state(joins) || (effects_.light_edits && arm.is_kept)};
       const Sum sum = estimate_density(photons_->all, Receiver(y, mask, length), radius, rule, ask, found);
       counts.photons_gathered += sum.photons;
       if (sums) deliver(path, found_sum + sum.radiance, arm, {picture});

@@ -16,23 +16,16 @@ constexpr float far_away = 1e10f;  // Blender's depth of nothing
 }  // namespace
 
 void ViewTracer::start_pass(const PassContext& context, const PhotonSet& photons) {
-  if (photons_states_ != photons.states) state_of_.clear();
-  photons_ = &photons, photons_states_ = photons.states;
+  photons_ = &photons;
   guide_ = &context.guide;
   radius_scale_ = radius_scale(context.pass);
   counts.start(scene_.edits().size());
-  const std::uint32_t count = photons.states ? photons.states->size() : 0;
-  for (auto q = static_cast<std::uint32_t>(state_of_.size()); q < count; ++q)
-    state_of_.push_back(states_.intern(photons.states->content(q)));
-  memo_mark_.assign(count, 0);
-  memo_.assign(count, {});
-  memo_now_ = 0, memo_joins_ = Joins::none;
+  selection_.start_pass(photons.states);
 }
 
 void ViewTracer::trace(std::span<const ViewSample> bundle) {
   bundle_ = bundle, seer_count_ = 0;
-  joins_.clear();
-  memo_joins_ = Joins::none;  // lists of C begin anew: what is remembered belongs to another bundle's
+  selection_.start_bundle();
   for (at_ = 0; at_ < bundle.size(); ++at_) trace_sample();
   gather_together();
 }
@@ -51,7 +44,7 @@ void ViewTracer::trace_sample() {
   const Ray camera = scene_.camera().generate(x, y, on_lens);
   ViewPath path{.origin = camera.origin, .direction = camera.direction, .t_max = camera.t_max};
   if (effects_.view_edits)
-    path.state = states_.next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
+    path.state = selection_.states().next(StateTable::view_start, scene_.edits().event_class(Event::E, -1));
   counts.view_paths += asked.seeks != Seeks::Emission;
   branches_[0] = path;
   branch_count_ = 1, budget_ = {};
@@ -77,7 +70,7 @@ void ViewTracer::add_up(Color& sum, const Color& radiance) noexcept {
 
 // Adds light that reaches the path's far end, as the eye sees it. H acts on the colour of one path, so the
 // gates' hues are applied to each contribution on its own, from the light's end to the eye's (design §4).
-void ViewTracer::add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept {
+void ViewTracer::add(Part part, const ViewPath& path, Color radiance, JoinResult to) noexcept {
   radiance *= path.weight;
   for (int step = path.hue; step >= 0; step = hues_[static_cast<std::size_t>(step)].towards_eye)
     radiance = apply_hue(radiance, hues_[static_cast<std::size_t>(step)].angle) *
@@ -211,8 +204,8 @@ void ViewTracer::take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSampl
   path.excluded_group = -1;
   path.is_camera = false;
   const EventClass event = scene_.event_class(Event::S, vertex.hit);
-  if (effects_.words) path.joins = joins_.event(path.joins, event);
-  if (effects_.view_edits) path.state = states_.next(path.state, event);
+  if (effects_.words) path.joins = selection_.constraints().event(path.joins, event);
+  if (effects_.view_edits) path.state = selection_.states().next(path.state, event);
   path.word = mix(path.word, static_cast<std::uint64_t>(scene_.entity(vertex.hit)) + 1);
   ++path.depth;
 }

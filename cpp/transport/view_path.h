@@ -12,7 +12,7 @@
 #include "transport/bundle.h"
 #include "transport/density.h"
 #include "transport/film.h"
-#include "transport/join.h"
+#include "transport/view/path_selection.h"
 #include "transport/light_path.h"
 #include "transport/pass.h"
 
@@ -23,12 +23,12 @@ struct ViewPath {
   V3f direction;
   V3f clearance{0};
   double t_max = std::numeric_limits<double>::infinity();
-  Color weight{1};         // radiance factor from the eye, since the last hue gate
-  int hue = -1;            // the hue gates met, list in ViewTracer
-  int joins = Joins::all;  // C
-  StateId state = 0;       // of the view edits' automata
-  Color throughput{1};     // of materials alone, for roulette
-  int depth = 0;           // D, S, G events so far
+  Color weight{1};                     // radiance factor from the eye, since the last hue gate
+  int hue = -1;                        // the hue gates met, list in ViewTracer
+  ConstraintId joins = no_constraint;  // C
+  StateId state = 0;                   // of the view edits' automata
+  Color throughput{1};                 // of materials alone, for roulette
+  int depth = 0;                       // D, S, G events so far
   int gates = 0;
   int excluded_group = -1;  // plane group that the segment starts on
   // just came backward out of this light edit's entry: the entry's plane comes first
@@ -63,7 +63,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
         effects_(effects),
         gates_in_view_(scene.gates_in_view()),
         disk_bounds_(scene.camera(), scene.frame(), settings),
-        states_(scene.edits(), {state_memory_of_one(settings, threads)}),
+        selection_(scene.edits(), effects, {state_memory_of_one(settings, threads)}),
         lamps_(most_lamp_hits(scene)) {}
 
   void start_pass(const PassContext& context, const PhotonSet& photons);
@@ -98,19 +98,12 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
 
   // Elsewhere: the path now starts at another place
   enum class Went : std::uint8_t { Straight, Elsewhere, Nowhere };
-  struct Joined {  // what light becomes at the end of the list
-    // that it is part of; none: its q is not in C, or a cap was met on the way
-    ImageSet images = 0;
-    StateId q = StateTable::dead;  // which edits it met, if it met any
-    Joins::Fate fate = Joins::Fate::Arrives;
-    int taker = -1;  // the edit whose entry kept it from the eye
-  };
   struct PhotonRun {  // photons that follow each other in one state, as neighbours often do
     bool asks;        // what becomes of them depends on it
     ImageSet asked;   // the images that they may be added to
     bool sums;        // the picture's share is summed up first
     std::uint32_t q = ~0u;
-    Joined to{picture & asked};
+    JoinResult to{picture & asked};
     // they belong to the sum and nowhere else, and no edit has a share in them
     bool is_plain = !asks && sums;
 
@@ -125,13 +118,13 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   void record_first(const Vertex* vertex) noexcept;
   [[nodiscard]] bool extend(ViewPath& path, const Vertex& vertex);
   void take_lobe(ViewPath& path, const Vertex& vertex, const BsdfSample& sample);
-  void add(Part part, const ViewPath& path, Color radiance, Joined to) noexcept;
+  void add(Part part, const ViewPath& path, Color radiance, JoinResult to) noexcept;
   void add_up(Color& sum, const Color& radiance) noexcept;
   // Light that edits took on its way is in their statistics: calls book(edit) for each of them.
   template <class Book>
   void credit(StateId q, const Color& radiance, Book&& book) const {
-    if (q == StateTable::dead || states_.gates(q) == 0 || !is_finite(radiance)) return;
-    for (const std::uint32_t edit : states_.used(q)) book(edit);
+    if (q == StateTable::dead || selection_.states().gates(q) == 0 || !is_finite(radiance)) return;
+    for (const std::uint32_t edit : selection_.states().used(q)) book(edit);
   }
   void credit_radiance(StateId q, const Color& radiance) noexcept {
     credit(q, radiance, [&](std::uint32_t edit) {
@@ -156,7 +149,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     };
     return {effects_.light_edits && scene_.edits().has_exits(Side::Light) && in_view(Side::Light),
             effects_.light_edits && may_be_taken_from(far, lamps),
-            effects_.view_edits && !states_.takes_none(path.state) && in_view(Side::View)};
+            effects_.view_edits && !selection_.states().takes_none(path.state) && in_view(Side::View)};
   }
   [[nodiscard]] Went cross_gates(ViewPath& path, const Asks& asks, double t_end, const Vertex* far,
                                  std::span<LampHit> lamps);
@@ -173,7 +166,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     return bundle_[at_].seeks == Seeks::Emission ? uncounted_ : counts.of_edit(edit);
   }
   [[nodiscard]] bool may_take(const ViewPath& path, const Crossing& crossing) const noexcept;
-  [[nodiscard]] int pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
+  [[nodiscard]] ConstraintId pass_entries(const ViewPath& path, std::span<const Crossing> plane, int except);
   void apply_gate(ViewPath& path, const Passage& passage, float weight);
 
   // direct light and emission (view_direct.cpp)
@@ -214,7 +207,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   };
   [[nodiscard]] std::optional<Reached> reach(const ViewPath& path, const LightSegment& segment, Ray ray,
                                              Arms& arms, Vertex& y);
-  void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, Joined to);
+  void deliver(const ViewPath& path, const Color& radiance, const Arm& arm, JoinResult to);
   [[nodiscard]] Arms arms_of(const ViewPath& path, const Vertex& v, const BsdfSample& sample);
   [[nodiscard]] bool may_be_taken_from(const Vertex* far, std::span<const LampHit> lamps) const noexcept {
     return !far || !lamps.empty() || scene_.may_be_taken_from(far->hit) || far->pass_chance > 0;
@@ -268,32 +261,28 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
     return scene_.edits().event_class(Event::L, scene_.light_entity(light));
   }
   [[nodiscard]] StateId light_state(int light) noexcept {
-    return states_.next(StateTable::light_start, light_class(light));
+    return selection_.states().next(StateTable::light_start, light_class(light));
   }
-  [[nodiscard]] Joined try_join(StateId q, int joins) noexcept;
-  [[nodiscard]] Joined counted(const Joined& joined) noexcept;
-  [[nodiscard]] Joined join(StateId q, int joins) noexcept { return counted(try_join(q, joins)); }
-  [[nodiscard]] Joined join_behind(int joins, StateId q, const Vertex& vertex, Event e);
-  [[nodiscard]] Joined join_photon(std::uint32_t q, int joins) noexcept;
+  [[nodiscard]] JoinResult counted(const JoinResult& joined) noexcept;
+  [[nodiscard]] JoinResult join(StateId q, ConstraintId joins) noexcept {
+    return counted(selection_.join(q, joins));
+  }
+  [[nodiscard]] JoinResult join_behind(ConstraintId joins, StateId q, const Vertex& vertex, Event e);
   // A run of photons in state q begins.
-  void start_run(PhotonRun& run, std::uint32_t q, int joins) noexcept {
+  void start_run(PhotonRun& run, std::uint32_t q, ConstraintId joins) noexcept {
     run.q = q;
-    run.is_plain = run.sums && !asks_state(joins) && states_.gates(state_of_[run.q]) == 0;
+    run.is_plain = run.sums && !selection_.asks_state(joins) &&
+                   selection_.states().gates(selection_.state_of_photon(run.q)) == 0;
     if (!run.is_plain) join_run(run, joins);
   }
-  void join_run(PhotonRun& run, int joins) noexcept;  // asks C what becomes of them
+  void join_run(PhotonRun& run, ConstraintId joins) noexcept;  // asks C what becomes of them
   // Of those that met no gate.
   [[nodiscard]] SumAnswer answer_of(const PhotonRun& run) const noexcept {
-    return {run.is_plain || ((run.to.images & picture) && states_.gates(run.to.q) == 0), !run.is_plain};
+    return {run.is_plain || ((run.to.images & picture) && selection_.states().gates(run.to.q) == 0),
+            !run.is_plain};
   }
-  [[nodiscard]] bool asks_state(int joins) const noexcept {
-    return effects_.layers || joins_.is_constrained(joins);
-  }
-  [[nodiscard]] bool asks_photons(int joins) const noexcept {
-    return effects_.light_edits || asks_state(joins);
-  }
-  [[nodiscard]] int event_at(int joins, const Vertex& vertex, Event e) {
-    return joins_.event(joins, scene_.event_class(e, vertex.hit));
+  [[nodiscard]] ConstraintId event_at(ConstraintId joins, const Vertex& vertex, Event e) {
+    return selection_.constraints().event(joins, scene_.event_class(e, vertex.hit));
   }
   // Is it one to all expressions whether light leaves by D or by G?
   [[nodiscard]] bool same_event(const Vertex& vertex) const noexcept {
@@ -301,10 +290,10 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   }
   struct LobeGroup {  // lobes that C and the layers cannot tell apart
     EventMask lobes;
-    int joins;  // C behind them
+    ConstraintId joins;  // C behind them
     ImageSet images;
   };
-  [[nodiscard]] Few<LobeGroup> groups_of(int joins, const Vertex& vertex, ImageSet images);
+  [[nodiscard]] Few<LobeGroup> groups_of(ConstraintId joins, const Vertex& vertex, ImageSet images);
   [[nodiscard]] BundleMember& self() noexcept { return members_[at_]; }
   [[nodiscard]] float random() noexcept {
     return to_unit(static_cast<std::uint32_t>(mix(key_, ++draws_) >> 32));
@@ -321,18 +310,12 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   const TransportSettings& settings_;
   const Effects& effects_;
   const PhotonSet* photons_ = nullptr;
-  const PhotonStates* photons_states_ = nullptr;  // whose numbers state_of_ knows
   const Guide* guide_ = nullptr;
   float radius_scale_ = 1;
 
   const GatesInView& gates_in_view_;
   const DiskBounds disk_bounds_;
-  StateTable states_;
-  std::vector<StateId> state_of_;         // a photon's q -> this thread's number
-  std::vector<std::uint32_t> memo_mark_;  // per q: when memo_ was asked last
-  std::vector<Joined> memo_;
-  std::uint32_t memo_now_ = 0;
-  int memo_joins_ = Joins::none;
+  PathSelection selection_;
 
   std::span<const ViewSample> bundle_;
   std::array<BundleMember, bundle_size> members_;
@@ -344,7 +327,6 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   Sampler sampler_;
   std::uint64_t key_ = 0, draws_ = 0;
   bool recorded_ = false;
-  Joins joins_;
   EditCounts uncounted_;
   std::vector<HueStep> hues_;
   std::vector<Crossing> crossings_;
