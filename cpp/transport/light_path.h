@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Light paths, forward from a light: segments through gates (paper §4), vertices, and the branches that
 // several exits make. One emitted photon is one tree of light paths; each branch carries its own state q. The
-// view side of the same rules is view_path.h.
+// view side of the same rules is view/view_tracer.h.
 #pragma once
 #include <array>
 #include <vector>
