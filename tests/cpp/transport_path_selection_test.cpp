@@ -177,7 +177,8 @@ TEST_F(PathSelectionTest, EveryCutSaysWhatLightDoesThatWalksForward) {
                       joined.images == (arrives ? words.images(whole.word) : 0);
       if (arrives) {
         unsigned takers = 0;
-        selection.for_each_taker(joined.q, [&](std::uint32_t edit) { takers |= 1u << edit; });
+        if (selection.has_takers(joined.q))
+          for (const std::uint32_t edit : selection.takers(joined.q)) takers |= 1u << edit;
         is_right = is_right && takers == whole.used && selection.states().gates(joined.q) == whole.gates;
       }
       if (!is_right && ++wrong <= 3)

@@ -49,12 +49,12 @@ std::optional<DirectLight::LightSample> DirectLight::sample_light(const V3d& pla
 std::optional<DirectLight::LightSample> DirectLight::sample_light_of_y(
     const Vertex& y, int depth, const Sampler& numbers) const noexcept {
   const V3d& place = y.hit.position;
-  const auto found =
+  auto found =
       sample_light(place, side_lit_to_all(scene_.material(y.hit), y.bsdf), context_.guide->trust.at_y(place),
                    numbers.first(pair_of(Dimension::LightOfY, depth)),
                    numbers.pair(pair_of(Dimension::LightPointOfY, depth)));
   if (found && is_too_near(scene_.lights()[static_cast<std::size_t>(found->light)], found->point.pdf))
-    return {};
+    found.reset();
   return found;
 }
 
@@ -100,7 +100,7 @@ void DirectLight::add_light_sample(const Sample& sample, const ViewPath& path, c
 // For all that may see y, by whatever lobes they see.
 void DirectLight::keep_unscattered(const LightSample& found, const ToGatherPoint& sink) {
   GatherPoint& point = sink.point;
-  const Vertex& y = point.y;
+  const Vertex& y = point.segment.y;
   const Material& material = scene_.material(y.hit);
   const V3f side = side_lit_to_all(material, y.bsdf);
   if (side != V3f(0) && !(side.dot(found.point.wi) > 0)) return;
@@ -109,7 +109,7 @@ void DirectLight::keep_unscattered(const LightSample& found, const ToGatherPoint
   sink.note_state(way->q);
   UnscatteredLight& kept = point.unscattered;
   kept.wi = found.point.wi, kept.arriving = found.point.radiance * way->left / found.pdf;
-  for (const LobeThroughput& lobe : point.lobes)
+  for (const LobeThroughput& lobe : point.segment.lobes)
     for_each_event(events_to_all(material, y.bsdf) & gathering, [&](Event e) {
       JoinResult joined = join_behind(lobe.constraint, way->q, y, e);
       joined.images &= lobe.images;

@@ -40,8 +40,7 @@ void Gather::add_caustics(const Sample& sample, const ViewPath& path, const Vert
   const int events_left = context_.settings.max_depth - path.depth - 1;
   for (const LobeGroup& group : lobe_groups(selection_, scene_, path.constraint, v, all_images)) {
     const bool sums = path.hue < 0 && (group.images & picture);
-    add_photons(map, Receiver(v, group.lobes), reaches, {group, sums, false, events_left},
-                ByArrival{sums_, sample, path});
+    add_photons(map, reaches, {v, infinity, group, sums, false, events_left}, ByArrival{sums_, sample, path});
   }
 }
 
@@ -50,33 +49,36 @@ void Gather::gather_alone(Sample& sample, const ViewPath& path, const Vertex& v)
   const std::uint32_t segments = sample.asked.segments.alone();
   for (std::uint32_t i = 0; i < segments; ++i) {
     const Sampler numbers = sample.asked.sampler.part(i, segments);
-    if (const auto found = send_segment(sample, path, v, numbers, static_cast<float>(segments), y_))
-      collect_light(path, y_, *found, found->lobes, numbers, ToEye{sums_, sample, path});
+    if (send_segment(sample, path, v, numbers, static_cast<float>(segments), segment_))
+      collect_light(path, segment_, numbers, ToEye{sums_, sample, path});
   }
 }
 
-std::optional<Gather::Found> Gather::send_segment(Sample& sample, const ViewPath& path, const Vertex& v,
-                                                  const Sampler& numbers, float segments, Vertex& y) {
+bool Gather::send_segment(Sample& sample, const ViewPath& path, const Vertex& v, const Sampler& numbers,
+                          float segments, GatherSegment& found) {
   const float u = v.bsdf.count > 1 ? numbers.first(pair_of(Dimension::GatherLobe, path.depth)) : 0;
   const V2f uv = numbers.pair(pair_of(Dimension::GatherDirection, path.depth));
   const auto direction = sluice::sample(v.bsdf, v.point.wo, u, uv, gathering);
-  if (!direction || !(direction->pdf > 0)) return {};
-  Found found{direction->pdf, lobe_throughputs(selection_, scene_, path, v, *direction), 0, false};
+  if (!direction || !(direction->pdf > 0)) return false;
+  found.pdf = direction->pdf;
+  found.lobes = lobe_throughputs(selection_, scene_, path, v, *direction);
   for (LobeThroughput& lobe : found.lobes) lobe.weight /= segments;
   const LightSegment segment{v.hit.position, direction->wi, lit_side(v.bsdf), direction->pdf * segments};
-  if (!follow_segment(sample, path, segment, ray_from(v.hit, direction->wi), found, y)) return {};
-  if (!effects_.indirect) return {};
+  if (!follow_segment(sample, path, segment, ray_from(v.hit, direction->wi), found)) return false;
+  if (!effects_.indirect) return false;
   if (path.depth + 2 > context_.settings.max_depth) {
-    sums_.counts.depth_capped += y.bsdf.count > 0;
-    return {};
+    sums_.counts.depth_capped += found.y.bsdf.count > 0;
+    return false;
   }
-  return found;
+  return true;
 }
 
 // Through what is transparent to a surface y; lights on the way and there are direct light. False: there is
 // no such surface.
 bool Gather::follow_segment(Sample& sample, const ViewPath& path, const LightSegment& segment, Ray ray,
-                            Found& found, Vertex& y) {
+                            GatherSegment& found) {
+  Vertex& y = found.y;
+  found.length = 0;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     const auto hit = scene_.intersect(ray);
     ++sums_.counts.rays;

@@ -3,7 +3,8 @@
 // caustics and edited light as photon density at v, and indirect light by gather segments (final gathering)
 // to points y, with next-event estimation and photon density there (design §5).
 #pragma once
-#include <optional>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "transport/density.h"
@@ -32,40 +33,34 @@ class Gather {
   // All gather segments of a v that shares nothing.
   void gather_alone(Sample& sample, const ViewPath& path, const Vertex& v);
 
-  // What a gather segment found.
-  struct Found {
-    float pdf;              // of its direction (1/sr)
-    LobeThroughputs lobes;  // of v
-    double length;
-    bool may_share;  // no alpha on the way or at y, of which a shadow ray cannot tell
-  };
   // One segment from v's D and G lobes, straight on only: light through an exit is the density's at v.
   // Emitters that it meets are direct light found by lobe sampling, and go to the eye. `segments`: how many v
-  // sends in the mean. Empty: it found no surface y, or none whose light counts.
-  [[nodiscard]] std::optional<Found> send_segment(Sample& sample, const ViewPath& path, const Vertex& v,
-                                                  const Sampler& numbers, float segments, Vertex& y);
-  // The light of y, to wherever it goes. `lobes`: of v.
+  // sends in the mean. False: it found no surface y, or none whose light counts.
+  [[nodiscard]] bool send_segment(Sample& sample, const ViewPath& path, const Vertex& v,
+                                  const Sampler& numbers, float segments, GatherSegment& found);
+  // The light of y, to wherever it goes. `numbers`: those of the segment.
   template <class Sink>
-  void collect_light(const ViewPath& path, const Vertex& y, const Found& found, const LobeThroughputs& lobes,
-                     const Sampler& numbers, const Sink& sink);
+  void collect_light(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
+                     const Sink& sink);
 
  private:
   [[nodiscard]] bool follow_segment(Sample& sample, const ViewPath& path, const LightSegment& segment,
-                                    Ray ray, Found& found, Vertex& y);
+                                    Ray ray, GatherSegment& found);
   void narrow(const Sample& sample, const ViewPath& path, const LightSegment& segment, double t_start,
               double t_end, const Vertex* far, LobeThroughputs& lobes);
   [[nodiscard]] std::span<const LampHit> lamps_between(const LightSegment& segment, double t_start,
                                                        double t_end);
-  // What photon densities do with photons of a group of lobes.
+  // Which photons a density takes at a vertex, and what it does with them.
   struct PhotonRule {
+    const Vertex& vertex;
+    double distance;  // from there to where the light goes
     const LobeGroup& group;
     bool sums;         // the picture's share is summed up first
     bool asks_states;  // for the sake of the sink
     int depth;         // D, S, G events that they may have
   };
   template <class Reach, class Out>
-  void add_photons(const PhotonMap& map, const Receiver& receiver, const Reach& reach, const PhotonRule& rule,
-                   Out&& out);
+  void add_photons(const PhotonMap& map, const Reach& reach, const PhotonRule& rule, Out&& out);
 
   const ViewContext& context_;
   const Scene& scene_;
@@ -78,7 +73,7 @@ class Gather {
   std::vector<LampHit> lamps_;  // of one segment; room for all there are
   std::vector<Crossing> crossings_;
   EntryTakers takers_;
-  Vertex y_;  // of a segment that shares nothing; too large to copy about
+  GatherSegment segment_;  // that shares nothing
 };
 
 // Photons at y, through one lobe of v.
@@ -98,11 +93,12 @@ struct ThroughLobe {
 };
 
 template <class Reach, class Out>
-void Gather::add_photons(const PhotonMap& map, const Receiver& receiver, const Reach& reach,
-                         const PhotonRule& rule, Out&& out) {
+void Gather::add_photons(const PhotonMap& map, const Reach& reach, const PhotonRule& rule, Out&& out) {
   Counts& counts = sums_.counts;
   ++counts.gathers;
-  const auto& [group, sums, asks_states, depth] = rule;
+  const LobeGroup& group = rule.group;
+  const bool sums = rule.sums;
+  const int depth = rule.depth;
   StateRun run(selection_, group.constraint, group.images, sums);
   const auto ask = [&](std::uint32_t q) {
     run.start(q);
@@ -116,34 +112,37 @@ void Gather::add_photons(const PhotonMap& map, const Receiver& receiver, const R
       ++counts.photons_gathered;
       return out.add_to_sum(photon.arrival, radiance);
     }
-    JoinResult joined = sums_.counted(run.joined());
+    const JoinResult& joined = sums_.counted(run.joined());
     if (!joined.images) return;
     counts.photons_gathered += !is_summed;
     if (sums && !is_summed) {
       out.add_to_sum(photon.arrival, radiance);
       out.credit(radiance, joined.q);
     }
-    if (sums) joined.images &= ~picture;
-    if (joined.images) out.add(photon.arrival, radiance, joined);
+    // what is left of the images goes on photon by photon
+    const ImageSet left = sums ? joined.images & ~picture : joined.images;
+    if (left) out.add(photon.arrival, radiance, {left, joined.q});
   };
-  const SumRule sum_rule{sums, depth, selection_.asks_state(group.constraint) || asks_states};
-  const Sum sum = estimate_density(map, receiver, reach, sum_rule, ask, found);
+  const SumRule sum_rule{sums, depth, selection_.asks_state(group.constraint) || rule.asks_states};
+  const Sum sum =
+      estimate_density(map, Receiver(rule.vertex, group.lobes, rule.distance), reach, sum_rule, ask, found);
   counts.photons_gathered += sum.photons;
   if (sums) out.finish(sum.radiance);
 }
 
 template <class Sink>
-void Gather::collect_light(const ViewPath& path, const Vertex& y, const Found& found,
-                           const LobeThroughputs& lobes, const Sampler& numbers, const Sink& sink) {
-  direct_.next_event_at_gather_point(y, path.depth, numbers, lobes, sink);
-  const float radius = gather_radius(*context_.guide, found.length, found.pdf) * context_.radius_scale;
+void Gather::collect_light(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
+                           const Sink& sink) {
+  const Vertex& y = segment.y;
+  direct_.next_event_at_gather_point(y, path.depth, numbers, segment.lobes, sink);
+  const float radius = gather_radius(*context_.guide, segment.length, segment.pdf) * context_.radius_scale;
   const int events_left = context_.settings.max_depth - path.depth - 2;
-  for (const LobeThroughput& lobe : lobes) {
+  for (const LobeThroughput& lobe : segment.lobes) {
     if (sink.ignores(lobe)) continue;
     for (const LobeGroup& group : lobe_groups(selection_, scene_, lobe.constraint, y, lobe.images)) {
       const bool sums = path.hue < 0 && (group.images & picture);
-      const PhotonRule rule{group, sums, Sink::is_shared && effects_.light_edits, events_left};
-      add_photons(context_.photons->all, Receiver(y, group.lobes, found.length), radius, rule,
+      const bool asks_states = Sink::is_shared && effects_.light_edits;
+      add_photons(context_.photons->all, radius, {y, segment.length, group, sums, asks_states, events_left},
                   ThroughLobe<Sink>{sink, lobe});
     }
   }

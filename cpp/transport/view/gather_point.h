@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The far end y of a gather segment that the bundle shares, and the light that leaves it.
+// Gather segments, and the far end y of one that the bundle shares, with the light that leaves it.
 #pragma once
 #include <array>
 #include <cmath>
@@ -23,21 +23,27 @@ struct UnscatteredLight {
   std::size_t count = 0;  // 0: there is no such light
 };
 
-struct GatherPoint {
+// What a gather segment found.
+struct GatherSegment {
   Vertex y;
-  bool may_share = true;  // false: there is alpha on the way or at y, of which a shadow ray cannot tell
-  float pdf;              // with which its finder made the direction (1/sr)
+  LobeThroughputs lobes;  // of v
+  float pdf;              // of its direction (1/sr)
+  double length;
+  bool may_share;  // false: there is alpha on the way or at y, of which a shadow ray cannot tell
+};
+
+struct GatherPoint {
+  GatherSegment segment;  // of its finder
   // Bound on the angle (rad) over which what y sends out changes little; infinite: it is the same to all
   // sides.
   float width;
-  LobeThroughputs lobes;  // of its finder
   // By lobe: light of photons, and direct light where y looks the same from all sides.
   std::array<OutgoingRadiance, LobeThroughputs::max> light;
   UnscatteredLight unscattered;
 
   [[nodiscard]] bool depends_on_direction() const noexcept { return std::isfinite(width); }
   [[nodiscard]] std::size_t index_of(const LobeThroughput& lobe) const noexcept {
-    return static_cast<std::size_t>(&lobe - lobes.begin());
+    return static_cast<std::size_t>(&lobe - segment.lobes.begin());
   }
   [[nodiscard]] const OutgoingRadiance& light_of(const LobeThroughput& lobe) const noexcept {
     return light[index_of(lobe)];

@@ -54,12 +54,11 @@ class PathSelection {
   [[nodiscard]] JoinResult join_photon(std::uint32_t q, ConstraintId id) noexcept;
   [[nodiscard]] StateId state_of_photon(std::uint32_t q) const noexcept { return state_of_photon_[q]; }
 
-  // Calls act(edit) for every edit that took light in state q on its way.
-  template <class Act>
-  void for_each_taker(StateId q, Act&& act) const {
-    if (q == StateTable::dead || states_.gates(q) == 0) return;
-    for (const std::uint32_t edit : states_.used(q)) act(edit);
+  // Did some edit take light in state q on its way? Which?
+  [[nodiscard]] bool has_takers(StateId q) const noexcept {
+    return q != StateTable::dead && states_.gates(q) > 0;
   }
+  [[nodiscard]] std::span<const std::uint32_t> takers(StateId q) const noexcept { return states_.used(q); }
 
  private:
   static constexpr ConstraintId no_memo = -2;

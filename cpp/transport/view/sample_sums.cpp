@@ -56,7 +56,7 @@ void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, Colo
   Sums& sums = sums_[sample.index];
   if (joined.images & picture) {
     add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
-    book(sample, joined.q, radiance);
+    credit(sample, joined.q, radiance);
   }
   for (ImageSet layers = joined.images >> 1; layers; layers &= layers - 1)
     add_up(sums.layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
@@ -73,14 +73,10 @@ void SampleSums::add(Part part, std::size_t sample, const OutgoingRadiance& ligh
     counts.of_edit(static_cast<int>(edit)).shown += luminance(share * factor) * bundle_[sample].share;
 }
 
-void SampleSums::credit(const Sample& sample, StateId q, const Color& radiance) noexcept {
-  if (is_finite(radiance)) book(sample, q, radiance);
-}
-
-void SampleSums::book(const Sample& sample, StateId q, const Color& radiance) noexcept {
-  selection_.for_each_taker(q, [&](std::uint32_t edit) {
-    counts.of_edit(static_cast<int>(edit)).shown += luminance(radiance) * sample.asked.share;
-  });
+void SampleSums::credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept {
+  if (!is_finite(radiance)) return;
+  const float shown = luminance(radiance) * sample.asked.share;
+  for (const std::uint32_t edit : selection_.takers(q)) counts.of_edit(static_cast<int>(edit)).shown += shown;
 }
 
 void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined) {
@@ -90,15 +86,14 @@ void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResu
 }
 
 void SampleSums::credit(OutgoingRadiance& to, const Color& radiance, StateId q) const {
-  if (!is_finite(radiance)) return;
-  selection_.for_each_taker(q, [&](std::uint32_t edit) { to.credit(edit, radiance); });
+  if (!selection_.has_takers(q) || !is_finite(radiance)) return;
+  for (const std::uint32_t edit : selection_.takers(q)) to.credit(edit, radiance);
 }
 
-const JoinResult& SampleSums::counted(const JoinResult& joined) noexcept {
+void SampleSums::count_lost(const JoinResult& joined) noexcept {
   if (joined.outcome == JoinOutcome::GatesCapped) ++counts.gates_capped;
   if (joined.outcome == JoinOutcome::StatesCapped) ++counts.states_capped;
   if (joined.taker >= 0) counts.of_edit(joined.taker).kept = true;
-  return joined;
 }
 
 }  // namespace sluice

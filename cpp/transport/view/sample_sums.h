@@ -49,13 +49,18 @@ class SampleSums {
   // path, all the way to the eye.
   void add(Part part, std::size_t sample, const OutgoingRadiance& light, const Color& factor) noexcept;
   // Radiance at the eye, added elsewhere, counts for the edits that took it.
-  void credit(const Sample& sample, StateId q, const Color& radiance) noexcept;
+  void credit(const Sample& sample, StateId q, const Color& radiance) noexcept {
+    if (selection_.has_takers(q)) credit_takers(sample, q, radiance);
+  }
   // Both for radiance that leaves such a point.
   void add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined);
   void credit(OutgoingRadiance& to, const Color& radiance, StateId q) const;
 
   // Counts what a cap or an entry kept from the eye.
-  const JoinResult& counted(const JoinResult& joined) noexcept;
+  const JoinResult& counted(const JoinResult& joined) noexcept {
+    if (joined.outcome != JoinOutcome::Joined) count_lost(joined);
+    return joined;
+  }
   // Walks for emission alone would count a pixel's paths twice.
   [[nodiscard]] EditCounts& of_view_edit(const Sample& sample, int edit) noexcept {
     return sample.asked.seeks == Seeks::Emission ? uncounted_ : counts.of_edit(edit);
@@ -68,7 +73,8 @@ class SampleSums {
     V3d light_variance;
   };
   void add_up(Color& sum, const Color& radiance) noexcept;
-  void book(const Sample& sample, StateId q, const Color& radiance) noexcept;
+  void count_lost(const JoinResult& joined) noexcept;
+  void credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept;
 
   const Scene& scene_;
   const TransportSettings& settings_;

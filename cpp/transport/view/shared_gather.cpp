@@ -51,44 +51,41 @@ void SharedGather::gather() {
     Sample sample(asked, finder.sample, mix(asked.key, i + 1));
     for (std::uint32_t s = 0; s < asked.segments.count; ++s) {
       const Sampler numbers = asked.segments.numbers(s);
-      const auto found =
-          gather_.send_segment(sample, finder.path, finder.v, numbers, asked.segments.mean, point_.y);
-      if (!found) continue;
-      start_point(*found);
-      gather_.collect_light(finder.path, point_.y, *found, point_.lobes, numbers,
-                            ToGatherPoint{sums_, point_, occlusion_});
+      if (!gather_.send_segment(sample, finder.path, finder.v, numbers, asked.segments.mean, point_.segment))
+        continue;
+      start_point();
+      gather_.collect_light(finder.path, point_.segment, numbers, ToGatherPoint{sums_, point_, occlusion_});
       share(finder);
     }
   }
 }
 
 // From here on, light that leaves y is kept for the bundle.
-void SharedGather::start_point(const Gather::Found& found) {
-  point_.may_share = found.may_share;
-  point_.pdf = found.pdf;
-  point_.width = min_width(scene_.material(point_.y.hit), point_.y);
-  point_.lobes = found.lobes;
+void SharedGather::start_point() {
+  const Vertex& y = point_.segment.y;
+  point_.width = min_width(scene_.material(y.hit), y);
   point_.unscattered.count = 0;
-  for (const LobeThroughput& lobe : point_.lobes)
+  for (const LobeThroughput& lobe : point_.segment.lobes)
     point_.light[point_.index_of(lobe)].clear(scene_.edits().layers().size());
-  occlusion_.start(point_.y);
+  occlusion_.start(y);
 }
 
 // The light of the y that `finder` found, to all that see it.
 void SharedGather::share(const SharingVertex& finder) {
   // layers are parts of the picture
-  const bool has_photons = !std::ranges::all_of(
-      point_.lobes, [&](const LobeThroughput& lobe) { return is_black(point_.light_of(lobe).picture); });
+  const bool has_photons = !std::ranges::all_of(point_.segment.lobes, [&](const LobeThroughput& lobe) {
+    return is_black(point_.light_of(lobe).picture);
+  });
   const bool has_unscattered = point_.unscattered.count > 0;
   if (!has_photons && !has_unscattered) return;
   std::array<Connection, max_sharing> room;
   Connection& own = room[0];
-  const bool stays = !point_.may_share || !connect(finder, point_.y, own) ||
-                     occlusion_.occludes(own, point_.y, finder, vertices());
+  const bool stays = !point_.segment.may_share || !connect(finder, point_.segment.y, own) ||
+                     occlusion_.occludes(own, point_.segment.y, finder, vertices());
   const bool shares_photons = has_photons && !stays && see_same_photons(finder);
   keep(finder, has_photons && !shares_photons, stays);
   if (stays || (!shares_photons && !has_unscattered)) return;
-  own.pdf = point_.pdf, own.is_open = true;
+  own.pdf = point_.segment.pdf, own.is_open = true;
   const std::span all = find_connections(finder, room);
   const float density =
       density_of(all, [&](const SharingVertex& vertex) { return bundle_[vertex.sample].segments.mean; });
@@ -96,7 +93,7 @@ void SharedGather::share(const SharingVertex& finder) {
     if (!connection.is_open) continue;
     const SharingVertex& to = *connection.to;
     const Bsdf& bsdf = bsdf_towards(-connection.wi);
-    for (const LobeThroughput& lobe : point_.lobes) {
+    for (const LobeThroughput& lobe : point_.segment.lobes) {
       const Color factor =
           eval(to.v.bsdf, to.v.point.wo, connection.wi, lobe.lobes) * (connection.geometry / density);
       if (shares_photons) receive(to, point_.light_of(lobe), factor);
@@ -107,9 +104,10 @@ void SharedGather::share(const SharingVertex& finder) {
 
 // The light of y that its finder alone sees.
 void SharedGather::keep(const SharingVertex& finder, bool keeps_photons, bool keeps_unscattered) {
-  for (const LobeThroughput& lobe : point_.lobes) {
+  for (const LobeThroughput& lobe : point_.segment.lobes) {
     if (keeps_photons) receive(finder, point_.light_of(lobe), lobe.weight);
-    if (keeps_unscattered) receive_unscattered(finder, lobe, point_.y.bsdf, point_.y.point.wo, lobe.weight);
+    if (keeps_unscattered)
+      receive_unscattered(finder, lobe, point_.segment.y.bsdf, point_.segment.y.point.wo, lobe.weight);
   }
 }
 
@@ -119,21 +117,22 @@ std::span<Connection> SharedGather::find_connections(const SharingVertex& finder
   for (const SharingVertex& other : vertices()) {
     if (other.signature != finder.signature || &other == &finder) continue;
     Connection& connection = all[count];
-    if (!connect(other, point_.y, connection)) continue;
+    if (!connect(other, point_.segment.y, connection)) continue;
     connection.pdf = pdf(other.v.bsdf, other.v.point.wo, connection.wi, gathering);
     if (connection.pdf > 0) ++count;
   }
   const std::span others = all.subspan(1, count - 1);
   find_unoccluded(others);
   for (Connection& connection : others)
-    connection.is_open = connection.is_open && !occlusion_.occludes(connection, point_.y, finder, vertices());
+    connection.is_open =
+        connection.is_open && !occlusion_.occludes(connection, point_.segment.y, finder, vertices());
   return all.first(count);
 }
 
 void SharedGather::find_unoccluded(std::span<Connection> connections) noexcept {
   std::array<Ray, max_sharing> rays;
   std::array<bool, max_sharing> is_clear;
-  const Vertex& y = point_.y;
+  const Vertex& y = point_.segment.y;
   const double clearance = y.hit.clearance.length();
   for (std::size_t i = 0; i < connections.size(); ++i) {
     const Connection& c = connections[i];
@@ -154,7 +153,7 @@ bool SharedGather::see_same_photons(const SharingVertex& finder) const noexcept 
   std::optional<V3f> axis;
   return std::ranges::all_of(vertices(), [&](const SharingVertex& other) {
     if (other.signature != finder.signature) return true;
-    const V3f direction = V3f(point_.y.hit.position - other.v.hit.position).normalized();
+    const V3f direction = V3f(point_.segment.y.hit.position - other.v.hit.position).normalized();
     if (!axis) axis = direction;
     return axis->dot(direction) >= min_cosine;
   });
@@ -163,7 +162,7 @@ bool SharedGather::see_same_photons(const SharingVertex& finder) const noexcept 
 // Of y, seen from wo: as its finder sees it, unless it depends on the direction and that is too far from the
 // finder's.
 const Bsdf& SharedGather::bsdf_towards(const V3f& wo) noexcept {
-  const Vertex& y = point_.y;
+  const Vertex& y = point_.segment.y;
   const bool differs = point_.unscattered.count > 0 && scene_.material(y.hit).sees_direction() &&
                        wo.dot(y.point.wo) < std::cos(lobe_cone * context_.radius_scale);
   if (!differs) return y.bsdf;

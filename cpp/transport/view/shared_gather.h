@@ -40,8 +40,9 @@ class SharedGather {
   [[nodiscard]] std::span<const SharingVertex> vertices() const noexcept {
     return std::span(vertices_).first(count_);
   }
-  void start_point(const Gather::Found& found);
-  void share(const SharingVertex& finder);
+  void start_point();
+  // Apart, so that the loop of gather() stays small enough for what it calls to be inlined.
+  [[gnu::noinline]] void share(const SharingVertex& finder);
   void keep(const SharingVertex& finder, bool keeps_photons, bool keeps_unscattered);
   [[nodiscard]] std::span<Connection> find_connections(const SharingVertex& finder,
                                                        std::span<Connection> all);
