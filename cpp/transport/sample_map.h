@@ -10,7 +10,7 @@
 namespace sluice {
 
 struct SampleCount {
-  // one gather segment in every second pass: bundles share them (bundle.h)
+  // one gather segment in every second pass: bundles share them (view/shared_gather.h)
   static constexpr std::uint8_t by_turns = 0;
 
   std::uint8_t samples = 1;  // of a pixel

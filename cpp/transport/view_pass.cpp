@@ -174,7 +174,6 @@ void TileSamples::scale(std::size_t pixel, float factor) {
 
 ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
     : tiles_(static_cast<std::size_t>(threads)) {
-  tracers_.reserve(static_cast<std::size_t>(threads));
   for (int t = 0; t < threads; ++t) tracers_.emplace_back(scene, settings, effects, threads);
 }
 
@@ -185,9 +184,9 @@ bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadP
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     TileSamples& tile = tiles_[static_cast<std::size_t>(thread)];
-    tracer.counts.start(context.scene.edits().size());
+    tracer.counts().start(context.scene.edits().size());
     if (!sample_tile(context, film.box(static_cast<int>(t)), tracer, tile, cancel)) return;
-    tile_counts_[t] = std::move(tracer.counts);
+    tile_counts_[t] = std::move(tracer.counts());
     const std::lock_guard lock(film_lock);
     film.add_tile(static_cast<int>(t), context.pass, tile.samples, tile.layers);
   });

@@ -3,12 +3,13 @@
 // bundles, tile by tile, and added to the film.
 #pragma once
 #include <atomic>
+#include <deque>
 #include <mutex>
 #include <span>
 #include <vector>
 
 #include "base/threads.h"
-#include "transport/view_path.h"
+#include "transport/view/view_tracer.h"
 
 namespace sluice {
 
@@ -33,7 +34,7 @@ class ViewPass {
   [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer,
                                         TileSamples& tile, const std::atomic<bool>& cancel);
 
-  std::vector<ViewTracer> tracers_;  // per thread
+  std::deque<ViewTracer> tracers_;  // per thread; they cannot be moved
   std::vector<TileSamples> tiles_;
   std::vector<Counts> tile_counts_;
 };

@@ -2,8 +2,9 @@
 #include "transport/guide/sample_pilot.h"
 
 #include <algorithm>
+#include <deque>
 
-#include "transport/view_path.h"
+#include "transport/view/view_tracer.h"
 
 namespace sluice {
 namespace {
@@ -219,8 +220,7 @@ SampleMap place_samples(const PassContext& first, const PhotonSet& photons, Thre
   const int side = std::max(min_side, (std::max(frame.width, frame.height) + max_blocks - 1) / max_blocks);
   const auto blocks_of = [side](int pixels) { return static_cast<std::size_t>((pixels + side - 1) / side); };
   const std::size_t width = blocks_of(frame.width), height = blocks_of(frame.height);
-  std::vector<ViewTracer> tracers;
-  tracers.reserve(static_cast<std::size_t>(pool.size()));
+  std::deque<ViewTracer> tracers;
   for (int t = 0; t < pool.size(); ++t)
     tracers.emplace_back(context.scene, settings, context.effects, pool.size()).start_pass(context, photons);
   std::vector<Block> blocks(width * height);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Light paths, forward from a light: segments through gates (paper §4), vertices, and the branches that
 // several exits make. One emitted photon is one tree of light paths; each branch carries its own state q. The
-// view side of the same rules is view_path.h. An observer is told all that happens to the paths; those of a
-// render have none, and its calls cost them nothing.
+// view side of the same rules is view/view_tracer.h. An observer is told all that happens to the paths; those
+// of a render have none, and its calls cost them nothing.
 #pragma once
 #include <array>
 #include <optional>

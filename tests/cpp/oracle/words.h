@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Path words of the oracles: one character per event, and whether an edit's expression accepts a word, asked
 // from accepts() (which tests hold against Python's re) and remembered. Knows no automata of scenes, no
-// StateTable, no Joins.
+// StateTable, no PathSelection.
 #pragma once
 #include <stdexcept>
 #include <string>

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "transport/view/sample_sums.h"
+
+#include <limits>
+
+#include "transport/sample_map.h"
+
+namespace sluice {
+namespace {
+
+constexpr float far_away = 1e10f;  // Blender's depth of nothing
+
+}  // namespace
+
+void SampleSums::start(Sample& sample) {
+  Sums& sums = sums_[sample.index];
+  sums.sample = {}, sums.light_variance = V3d(0);
+  sums.layers.assign(scene_.edits().layers().size(), Color(0));
+  sample.is_recorded = sample.asked.seeks == Seeks::Emission;  // other samples tell
+  hue_gates.clear();
+}
+
+void SampleSums::record_first(Sample& sample, const Vertex* vertex) noexcept {
+  if (sample.is_recorded) return;
+  sample.is_recorded = true;
+  PixelSample& sums = sums_[sample.index].sample;
+  sums.alpha = vertex || !settings_.transparent_film ? 1 : 0;
+  sums.depth = vertex ? static_cast<float>(scene_.camera().depth(vertex->hit.position)) : far_away;
+  if (!vertex) return;
+  sums.normal = vertex->point.ns;
+  sums.albedo = albedo(vertex->bsdf, vertex->point.wo, any_lobe);
+}
+
+void SampleSums::finish(const Sample& sample) noexcept {
+  if (!sample.is_recorded) sums_[sample.index].sample.alpha = 1, sums_[sample.index].sample.depth = far_away;
+}
+
+// The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of
+// a pixel is.
+void SampleSums::add_up(Color& sum, const Color& radiance) noexcept {
+  constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
+  static_assert(part_count <= 8);
+  sum += radiance;
+  if (max_component(sum) < most) return;
+  ++counts.non_finite;
+  for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
+}
+
+void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, Color radiance,
+                     const JoinResult& joined) noexcept {
+  radiance = hue_gates.to_eye(radiance * path.weight, path.hue);
+  if (!is_finite(radiance)) {
+    ++counts.non_finite;
+    return;
+  }
+  Sums& sums = sums_[sample.index];
+  if (joined.images & picture) {
+    add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
+    credit(sample, joined.q, radiance);
+  }
+  for (ImageSet layers = joined.images >> 1; layers; layers &= layers - 1)
+    add_up(sums.layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
+}
+
+void SampleSums::add(Part part, std::size_t sample, const OutgoingRadiance& light,
+                     const Color& factor) noexcept {
+  const Color radiance = light.picture * factor;
+  if (!is_finite(radiance)) return void(++counts.non_finite);
+  Sums& sums = sums_[sample];
+  add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
+  for (std::size_t l = 0; l < sums.layers.size(); ++l) add_up(sums.layers[l], light.layers[l] * factor);
+  for (const auto& [edit, share] : light.taken)
+    counts.of_edit(static_cast<int>(edit)).shown += luminance(share * factor) * bundle_[sample].share;
+}
+
+void SampleSums::credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept {
+  if (!is_finite(radiance)) return;
+  const float shown = luminance(radiance) * sample.asked.share;
+  for (const std::uint32_t edit : selection_.takers(q)) counts.of_edit(static_cast<int>(edit)).shown += shown;
+}
+
+void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined) {
+  if (!is_finite(radiance)) return void(++counts.non_finite);
+  to.add(radiance, joined.images);
+  if (joined.images & picture) credit(to, radiance, joined.q);
+}
+
+void SampleSums::credit(OutgoingRadiance& to, const Color& radiance, StateId q) const {
+  if (!selection_.has_takers(q) || !is_finite(radiance)) return;
+  for (const std::uint32_t edit : selection_.takers(q)) to.credit(edit, radiance);
+}
+
+void SampleSums::count_lost(const JoinResult& joined) noexcept {
+  if (joined.outcome == JoinOutcome::GatesCapped) ++counts.gates_capped;
+  if (joined.outcome == JoinOutcome::StatesCapped) ++counts.states_capped;
+  if (joined.taker >= 0) counts.of_edit(joined.taker).kept = true;
+}
+
+}  // namespace sluice
