@@ -137,6 +137,19 @@ def lost_tests(root):
     return complaints
 
 
+def lost_names(root):
+    """Classes and functions that a text names, as `Film` or `compile()`."""
+    words = {word for path in sources(root) for word in re.findall(r"\w+", path.read_text())}
+    complaints = []
+    for path in texts(root):
+        text = path.read_text()
+        for place, what in named(text):
+            name = re.fullmatch(r"([A-Z][a-z]\w*|[a-z]\w*(?=\(\)$))(?:\(\))?", what)
+            if name and name[1] not in words:
+                complaints.append(f"{path.relative_to(root)}:{line_of(text, place)}: {what}")
+    return complaints
+
+
 def lost_links(root):
     complaints = []
     for path in texts(root):
@@ -198,6 +211,10 @@ BAD = {
         {"tests/cpp/a_test.cpp": "TEST(Quad, IsFlat) {}\n", "docs/numerics.md": "`Quad.IsRound`\n"},
         {"docs/numerics.md": "`test_that_is_gone`\n"},
     ],
+    lost_names: [
+        {"cpp/a.h": "class Film;\n", "docs/architecture.md": "a `Film` of a `Camera`\n"},
+        {"cpp/a.h": "int made();\n", "docs/architecture.md": "`made()` by `compile()`\n"},
+    ],
     lost_links: [
         {"README.md": "[design](docs/gone.md)\n"},
         {"docs/design.md": "## Words\n", "README.md": "[words](docs/design.md#geometry)\n"},
@@ -222,6 +239,7 @@ NOT_BAD = {
     citations_without_number: {**CITED, "cpp/edit/a.h": "// numerics P8: gains must not overflow\nint performance;\n", "addon/a.py": "SLUICE_PT_performance\n"},
     lost_paths: {"CONTRIBUTING.md": "`cpp/edit/a.h`, `a.h`, `out/test/`, `L/D*`, `./run test`, `ctest -R a/b`\n```\n`cpp/gone.h`\n```\n", "cpp/edit/a.h": ""},
     lost_tests: {"tests/cpp/a_test.cpp": "TEST(Quad, IsFlat) {}\n", "docs/numerics.md": "`Quad.IsFlat`, `Film.width`, `test_there`\n", "tests/python/test_a.py": "def test_there():\n"},
+    lost_names: {"cpp/a.h": "class Film;\nint made();\n", "docs/design.md": "`Film`, `made()`, `LS+`, `D'Wall'`, `ENTRY`, `hue_shift`\n"},
     lost_links: {"docs/design.md": "## 2. Words, and more\n", "README.md": "[words](docs/design.md#2-words-and-more) [far](https://example.org/x)\n"},
     unnamed_properties: {"docs/design.md": "## 8. Names\n`seed`, Depth\n", "addon/properties.py": "class A:\n    seed: IntProperty(\n    kept: int = 3\n"},
     unplaced_steps: {"CONTRIBUTING.md": "## Style\n\n1. Short.\n\n## Adding a lobe\n\n1. `cpp/a.h`: shape\n2. `docs/`: word\n"},
