@@ -46,7 +46,7 @@ struct TextureRule {
   bool is_light = false;  // negative pixels count as 0
 };
 
-inline constexpr float max_intensity = 1e4f;  // numerics: gains of a chain must not overflow
+inline constexpr float max_intensity = 1e4f;  // numerics P8: gains of a chain must not overflow
 
 // Calls visit(name, member, rule) for each property.
 template <class Visit>

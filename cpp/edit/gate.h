@@ -15,7 +15,7 @@
 
 namespace sluice {
 
-inline constexpr float max_area_ratio = 1e6f;  // numerics: gains of a chain must not overflow
+inline constexpr float max_area_ratio = 1e6f;  // numerics P8: gains of a chain must not overflow
 
 // Its properties are checked: the tint is of luminance 1, exactly white unless it colours; textures are
 // indices into the edits' own images.
