@@ -6,6 +6,7 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -34,11 +35,15 @@ template <class T>
 
 [[nodiscard]] inline float max_component(const V3f& v) noexcept { return std::max(v.x, std::max(v.y, v.z)); }
 
+// Up to what rounding and packed directions leave: for assertions.
+[[nodiscard]] inline bool is_unit(const V3f& v) noexcept { return std::abs(v.length2() - 1) < 1e-3f; }
+
 // Orthonormal, right-handed frame around a unit normal n; branchless (Duff et al. 2017).
 struct Frame {
   V3f t, b, n;
 
   explicit Frame(const V3f& normal) noexcept : n(normal) {
+    assert(is_unit(normal));
     const float sign = std::copysign(1.0f, n.z);
     const float a = -1.0f / (sign + n.z), c = n.x * n.y * a;
     t = V3f(1.0f + sign * n.x * n.x * a, sign * c, -sign * n.x);

@@ -52,6 +52,7 @@ class Distribution {
   [[nodiscard]] std::size_t size() const noexcept { return cdf_.size(); }
   [[nodiscard]] double total() const noexcept { return total_; }
   [[nodiscard]] float pmf(std::size_t i) const noexcept {
+    assert(i < cdf_.size());
     return static_cast<float>(cdf_[i] - (i ? cdf_[i - 1] : 0));
   }
 
@@ -60,6 +61,7 @@ class Distribution {
     float pmf, u;  // u: the random number, stretched to [0, 1) again
   };
   [[nodiscard]] Choice sample(double u) const noexcept {
+    assert(!empty() && u >= 0 && u < 1);
     auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
     // rounding: back to an entry of weight > 0
     while (it == cdf_.end() || (it != cdf_.begin() && *it == *(it - 1))) --it;

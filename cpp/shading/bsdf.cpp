@@ -86,6 +86,7 @@ bool Bsdf::is_exact() const noexcept {
 }
 
 Color eval(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept {
+  assert(is_unit(wo) && is_unit(wi));
   const bool other_side = wi.dot(bsdf.ng) < 0;
   Color sum(0);
   for (int k = 0; k < bsdf.count; ++k) {
@@ -98,6 +99,7 @@ Color eval(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexc
 }
 
 float pdf(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexcept {
+  assert(is_unit(wo) && is_unit(wi));
   const bool other_side = wi.dot(bsdf.ng) < 0;
   float sum = 0, total = 0;
   for (int k = 0; k < bsdf.count; ++k) {
@@ -110,6 +112,7 @@ float pdf(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexce
 }
 
 std::optional<BsdfSample> sample_lobe(const Bsdf& bsdf, int index, const V3f& wo, const V2f& u) noexcept {
+  assert(index >= 0 && index < bsdf.count && is_unit(wo));
   const Lobe& lobe = bsdf.lobes[static_cast<std::size_t>(index)];
   const Frame frame = frame_of(lobe);
   ShapeSample s;
