@@ -126,61 +126,86 @@ std::string first_of(const std::vector<std::string>& names) {
 
 MeshDescription read_mesh(Reader& r) {
   MeshDescription m;
-  r.value("name", m.name), r.rename(m.name);
+  r.value("name", m.name);
+  r.rename(m.name);
   r.rows<float>("positions", m.positions);
   r.rows<std::uint32_t>("triangles", m.triangles);
   r.rows<float>("normals", m.normals);
   r.part("polygons", [&](Reader& p) {
-    p.rows<std::uint32_t>("corners", m.polygons.corners), p.rows<std::uint32_t>("starts", m.polygons.starts);
-    p.rows<std::uint32_t>("sizes", m.polygons.sizes), p.rows<std::uint8_t>("smooth", m.polygons.smooth);
+    p.rows<std::uint32_t>("corners", m.polygons.corners);
+    p.rows<std::uint32_t>("starts", m.polygons.starts);
+    p.rows<std::uint32_t>("sizes", m.polygons.sizes);
+    p.rows<std::uint8_t>("smooth", m.polygons.smooth);
     p.rows<std::uint32_t>("of_triangles", m.polygons.of_triangles);
   });
   r.rows<std::uint16_t>("material_slots", m.material_slots);
   r.list("uv_maps", m.uv_maps, [](Reader& layer) {
     UvMap map;
-    layer.value("name", map.name), layer.rows<float>("corners", map.corners);
+    layer.value("name", map.name);
+    layer.rows<float>("corners", map.corners);
     return map;
   });
   r.list("colors", m.colors, [](Reader& layer) {
     ColorAttribute attribute;
-    layer.value("name", attribute.name), layer.rows<float>("corners", attribute.corners);
+    layer.value("name", attribute.name);
+    layer.rows<float>("corners", attribute.corners);
     return attribute;
   });
-  r.vector("texture_origin", m.texture_origin), r.vector("texture_size", m.texture_size);
+  r.vector("texture_origin", m.texture_origin);
+  r.vector("texture_size", m.texture_size);
   return m;
 }
 
 InstanceDescription read_instance(Reader& r) {
   InstanceDescription i;
-  r.value("names", i.names), r.rename(first_of(i.names));
-  r.value("mesh", i.mesh), r.matrix("matrix", i.matrix), r.value("materials", i.materials);
-  r.value("visible_to_camera", i.visible_to_camera), r.value("casts_shadow", i.casts_shadow);
-  r.vector("color", i.color), r.value("random", i.random), r.value("object_index", i.object_index);
+  r.value("names", i.names);
+  r.rename(first_of(i.names));
+  r.value("mesh", i.mesh);
+  r.matrix("matrix", i.matrix);
+  r.value("materials", i.materials);
+  r.value("visible_to_camera", i.visible_to_camera);
+  r.value("casts_shadow", i.casts_shadow);
+  r.vector("color", i.color);
+  r.value("random", i.random);
+  r.value("object_index", i.object_index);
   return i;
 }
 
 LightDescription read_light(Reader& r) {
   LightDescription l;
-  r.value("names", l.names), r.rename(first_of(l.names));
+  r.value("names", l.names);
+  r.rename(first_of(l.names));
   r.choice("kind", l.kind);
   r.choice("shape", l.shape);
-  r.matrix("matrix", l.matrix), r.vector("color", l.color), r.value("power", l.power),
-      r.value("radius", l.radius), r.value("angle", l.angle);
-  r.value("spot_angle", l.spot_angle), r.value("spot_blend", l.spot_blend),
-      r.value("spot_cosine", l.spot_cosine);
-  r.value("size_x", l.size_x), r.value("size_y", l.size_y), r.value("spread", l.spread);
-  r.value("casts_shadow", l.casts_shadow), r.value("visible_to_camera", l.visible_to_camera);
+  r.matrix("matrix", l.matrix);
+  r.vector("color", l.color);
+  r.value("power", l.power);
+  r.value("radius", l.radius);
+  r.value("angle", l.angle);
+  r.value("spot_angle", l.spot_angle);
+  r.value("spot_blend", l.spot_blend);
+  r.value("spot_cosine", l.spot_cosine);
+  r.value("size_x", l.size_x);
+  r.value("size_y", l.size_y);
+  r.value("spread", l.spread);
+  r.value("casts_shadow", l.casts_shadow);
+  r.value("visible_to_camera", l.visible_to_camera);
   return l;
 }
 
 NodeDescription read_node(Reader& r) {
   NodeDescription n;
-  r.value("kind", n.kind), r.value("name", n.name), r.value("options", n.options), r.value("image", n.image);
+  r.value("kind", n.kind);
+  r.value("name", n.name);
+  r.value("options", n.options);
+  r.value("image", n.image);
   r.rows<float>("table", n.table);
   r.list("inputs", n.inputs, [](Reader& i) {
     InputDescription input;
-    i.value("name", input.name), i.value("value", input.value), i.value("node", input.node),
-        i.value("output", input.output);
+    i.value("name", input.name);
+    i.value("value", input.value);
+    i.value("node", input.node);
+    i.value("output", input.output);
     return input;
   });
   return n;
@@ -188,17 +213,21 @@ NodeDescription read_node(Reader& r) {
 
 MaterialDescription read_material(Reader& r) {
   MaterialDescription m;
-  r.value("name", m.name), r.rename(m.name);
+  r.value("name", m.name);
+  r.rename(m.name);
   r.list("nodes", m.nodes, read_node);
-  r.value("surface", m.surface), r.value("surface_output", m.surface_output);
+  r.value("surface", m.surface);
+  r.value("surface_output", m.surface_output);
   return m;
 }
 
 Image read_image(Reader& r) {
   Image image;
   ColorSpace space = ColorSpace::SRGB;
-  r.value("name", image.name), r.rename(image.name);
-  r.value("width", image.width), r.value("height", image.height);
+  r.value("name", image.name);
+  r.rename(image.name);
+  r.value("width", image.width);
+  r.value("height", image.height);
   r.choice("color_space", space);
   std::vector<float> rgba;
   r.rows<float>("rgba", rgba);
@@ -212,9 +241,12 @@ Image read_image(Reader& r) {
 
 QuadDescription read_quad(Reader& r) {
   QuadDescription q;
-  r.value("name", q.name), r.rename(q.name);
-  r.matrix("matrix", q.matrix), r.value("half_size", q.half_size), r.value("offset", q.offset),
-      r.value("order", q.order);
+  r.value("name", q.name);
+  r.rename(q.name);
+  r.matrix("matrix", q.matrix);
+  r.value("half_size", q.half_size);
+  r.value("offset", q.offset);
+  r.value("order", q.order);
   return q;
 }
 
@@ -223,8 +255,11 @@ EditDescription read_edit(Reader& r) {
   r.part("entry", [&](Reader& quad) { e.entry = read_quad(quad); });
   r.rename(e.entry.name);
   r.value("collections", e.collections);
-  r.value("expression", e.expression), r.value("enabled", e.enabled), r.value("repeat", e.repeat);
-  r.value("amount", e.amount), r.value("feather", e.feather);
+  r.value("expression", e.expression);
+  r.value("enabled", e.enabled);
+  r.value("repeat", e.repeat);
+  r.value("amount", e.amount);
+  r.value("feather", e.feather);
   r.list("exits", e.exits, [](Reader& x) {
     ExitDescription exit;
     x.part("quad", [&](Reader& quad) { exit.quad = read_quad(quad); });
@@ -236,31 +271,47 @@ EditDescription read_edit(Reader& r) {
 }
 
 void read_camera(Reader& r, CameraDescription& c) {
-  r.value("name", c.name), r.rename(c.name);
-  r.choice("kind", c.kind), r.matrix("matrix", c.matrix);
-  r.value("lens", c.lens), r.value("sensor_width", c.sensor_width), r.value("sensor_height", c.sensor_height);
+  r.value("name", c.name);
+  r.rename(c.name);
+  r.choice("kind", c.kind);
+  r.matrix("matrix", c.matrix);
+  r.value("lens", c.lens);
+  r.value("sensor_width", c.sensor_width);
+  r.value("sensor_height", c.sensor_height);
   r.choice("sensor_fit", c.sensor_fit);
-  r.value("ortho_scale", c.ortho_scale), r.value("shift_x", c.shift_x), r.value("shift_y", c.shift_y);
-  r.value("clip_start", c.clip_start), r.value("clip_end", c.clip_end);
-  r.value("aperture_radius", c.aperture_radius), r.value("focus_distance", c.focus_distance);
-  r.value("aperture_blades", c.aperture_blades), r.value("aperture_rotation", c.aperture_rotation),
-      r.value("aperture_ratio", c.aperture_ratio);
+  r.value("ortho_scale", c.ortho_scale);
+  r.value("shift_x", c.shift_x);
+  r.value("shift_y", c.shift_y);
+  r.value("clip_start", c.clip_start);
+  r.value("clip_end", c.clip_end);
+  r.value("aperture_radius", c.aperture_radius);
+  r.value("focus_distance", c.focus_distance);
+  r.value("aperture_blades", c.aperture_blades);
+  r.value("aperture_rotation", c.aperture_rotation);
+  r.value("aperture_ratio", c.aperture_ratio);
 }
 
 void read_frame(Reader& r, FrameDescription& f) {
-  r.value("width", f.width), r.value("height", f.height);
+  r.value("width", f.width);
+  r.value("height", f.height);
   f.x1 = f.width, f.y1 = f.height;
-  r.value("x0", f.x0), r.value("y0", f.y0), r.value("x1", f.x1), r.value("y1", f.y1);
-  r.value("pixel_aspect_x", f.pixel_aspect_x), r.value("pixel_aspect_y", f.pixel_aspect_y);
-  r.value("filter_width", f.filter_width), r.value("filter_box", f.filter_box);
+  r.value("x0", f.x0);
+  r.value("y0", f.y0);
+  r.value("x1", f.x1);
+  r.value("y1", f.y1);
+  r.value("pixel_aspect_x", f.pixel_aspect_x);
+  r.value("pixel_aspect_y", f.pixel_aspect_y);
+  r.value("filter_width", f.filter_width);
+  r.value("filter_box", f.filter_box);
 }
 
 void read_shot_into(Reader& r, ShotDescription& s) {
   r.list("edits", s.edits, read_edit);
   r.list("layers", s.layers, [](Reader& layer) {
     LayerDescription l;
-    layer.value("name", l.name), layer.rename("layer '" + l.name + "'"),
-        layer.value("expression", l.expression);
+    layer.value("name", l.name);
+    layer.rename("layer '" + l.name + "'");
+    layer.value("expression", l.expression);
     return l;
   });
   r.part("camera", [&](Reader& camera) { read_camera(camera, s.camera); });
@@ -286,8 +337,9 @@ SceneDescription read_description(const py::dict& scene) {
   r.list("materials", s.materials, read_material);
   r.list("images", s.images, read_image);
   r.part("world", [&](Reader& world) {
-    world.value("name", s.world.name), world.value("material", s.world.material),
-        world.value("resolution", s.world.resolution);
+    world.value("name", s.world.name);
+    world.value("material", s.world.material);
+    world.value("resolution", s.world.resolution);
   });
   r.value("specular_threshold", s.specular_threshold);
   read_shot_into(r, s);
@@ -307,20 +359,28 @@ RenderSettings read_settings(const py::dict& settings) {
   TransportSettings& t = s.transport;
   std::int64_t seed = 0;
   double error_percent = 0;
-  r.value("passes", s.passes), r.value("photons", t.photons), r.value("seed", seed),
-      r.value("use_animated_seed", s.use_animated_seed);
-  r.value("max_depth", t.max_depth), r.value("pilot_paths", t.pilot_paths),
-      r.value("state_memory", t.state_memory);
-  r.value("time_limit", s.time_limit), r.value("error_target", error_percent);
-  r.value("use_direct", t.use_direct), r.value("use_caustics", t.use_caustics),
-      r.value("use_edited", t.use_edited);
-  r.value("use_indirect", t.use_indirect), r.value("use_edits", s.use_edits),
-      r.value("explain_edits", s.explain_edits), r.value("film_transparent", t.transparent_film);
-  r.value("caustic_radius_factor", t.caustic_radius_factor),
-      r.value("caustic_radius_range", t.caustic_radius_range);
+  r.value("passes", s.passes);
+  r.value("photons", t.photons);
+  r.value("seed", seed);
+  r.value("use_animated_seed", s.use_animated_seed);
+  r.value("max_depth", t.max_depth);
+  r.value("pilot_paths", t.pilot_paths);
+  r.value("state_memory", t.state_memory);
+  r.value("time_limit", s.time_limit);
+  r.value("error_target", error_percent);
+  r.value("use_direct", t.use_direct);
+  r.value("use_caustics", t.use_caustics);
+  r.value("use_edited", t.use_edited);
+  r.value("use_indirect", t.use_indirect);
+  r.value("use_edits", s.use_edits);
+  r.value("explain_edits", s.explain_edits);
+  r.value("film_transparent", t.transparent_film);
+  r.value("caustic_radius_factor", t.caustic_radius_factor);
+  r.value("caustic_radius_range", t.caustic_radius_range);
   r.value("soft_range", t.soft_range);
-  r.value("use_adaptive_sampling", t.use_adaptive_sampling), r.value("threads", s.threads),
-      r.value("frame", s.frame);
+  r.value("use_adaptive_sampling", t.use_adaptive_sampling);
+  r.value("threads", s.threads);
+  r.value("frame", s.frame);
   t.seed = static_cast<std::uint64_t>(seed);
   s.error_target = error_percent / 100;
   return s;

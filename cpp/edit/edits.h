@@ -26,14 +26,14 @@ class Edits {
   [[nodiscard]] const Edit& operator[](int edit) const noexcept {
     return edits_[static_cast<std::size_t>(edit)];
   }
-  // Edits of a side that some path of the scene can fulfil; of those, the ones that may take a path right
-  // after an event. The others are never asked.
+  // The edits of a side whose expression some path of the scene can fulfil, and those of them that may take a
+  // path right after an event. Other edits need not be asked.
   [[nodiscard]] EditSet takers(Side side) const noexcept { return reach_[index(side)].any(); }
   [[nodiscard]] EditSet takers_after(Side side, EventClass last) const noexcept {
     return reach_[index(side)].after(last);
   }
   [[nodiscard]] int max_gates() const noexcept { return max_gates_; }
-  // how far quads float, without their own offset
+  // How far (m) each quad floats in front of its own plane, its own offset left aside (design §2).
   [[nodiscard]] double delta() const noexcept { return delta_; }
   [[nodiscard]] const Automata& automata() const noexcept { return automata_; }
 
@@ -42,15 +42,15 @@ class Edits {
   // An edit's entry (exit < 0) or exit.
   [[nodiscard]] const Quad& quad(int edit, int exit) const noexcept;
 
-  // Symbols of path words: L, E, D, S, G at an entity (-1: nameless), F at an edit.
+  // The symbols that paths are spelled with: L, E, D, S, G at an entity (-1: one without a name), F at an
+  // edit.
   [[nodiscard]] EventClass event_class(Event kind, int entity) const noexcept {
     return automata_.alphabet.event(kind, entity);
   }
   [[nodiscard]] EventClass gate_class(int edit) const noexcept { return automata_.alphabet.gate(edit); }
 
-  // Entries that take a path in `state` (light states: entries of light edits; view states: of view edits).
-  // The earliest crossing with t_min < t <= t_max; at one t the lowest order. Empty at once if the state
-  // takes nothing.
+  // The first crossing of the segment with an entry that takes a path in `state`: entries of light edits for
+  // light states, of view edits for view states. Of crossings at the same t the lowest order is first.
   [[nodiscard]] std::optional<Crossing> first_taken(const StateTable& table, StateId state,
                                                     const Segment& segment) const noexcept;
   [[nodiscard]] bool any_taken(const StateTable& table, StateId state, const Segment& segment) const noexcept;
@@ -61,20 +61,20 @@ class Edits {
                                                             int exit, const V3d& point) const noexcept;
 
   // For view rays, which meet the gates of light backward: all entries and exits of one side's edits on a
-  // segment, sorted by t, then plane group, entries before exits, then order. `members` (empty: all) narrows.
-  // `out` is the caller's scratch: cleared first, its capacity kept.
+  // segment, sorted by t, then plane group, entries before exits, then order. If `members` is not empty, only
+  // its edits count. `out` is the caller's scratch memory; it is cleared first.
   void crossings(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
-  // Entries alone, where no gate can be met backward.
+  // The same for entries alone, where no gate can be met backward.
   void entries_crossed(Side side, const Segment& segment, EditSet members, std::vector<Crossing>& out) const;
   [[nodiscard]] bool any_entry_crossed(Side side, const Segment& segment, EditSet members) const noexcept {
     return entries_[index(side)].any(segment, members);
   }
-  // Those in a cone round the segment, by numbers, and the question to these alone (quad_set.h). `out`:
-  // cleared first.
+  // Finds the numbers of the entries in a cone round the segment (QuadSet::in_cone); the second function asks
+  // these alone.
   [[nodiscard]] bool entries_in_cone(Side side, const Segment& segment, double radius, EditSet members,
-                                     std::size_t most, std::vector<std::uint32_t>& out) const {
+                                     std::size_t max_count, std::vector<std::uint32_t>& out) const {
     out.clear();
-    return entries_[index(side)].in_cone(segment, radius, members, most, out);
+    return entries_[index(side)].in_cone(segment, radius, members, max_count, out);
   }
   [[nodiscard]] bool any_of_entries_crossed(Side side, const Segment& segment,
                                             std::span<const std::uint32_t> numbers) const noexcept {
@@ -85,11 +85,12 @@ class Edits {
     return exits_[index(side)].any(segment, members);
   }
   [[nodiscard]] bool is_crossed(const QuadId& id, const Segment& segment) const noexcept;
-  // The same for a point of a plane group (t = 0): where a ray that went backward through an exit arrives.
+  // crossings() of a single point of a plane group, all at t = 0: where a ray arrives that went backward
+  // through an exit.
   void crossings_at(Side side, int group, const V3d& point, EditSet members,
                     std::vector<Crossing>& out) const;
 
-  // See gate.h: a(u, v), and T from an entry to an exit and back.
+  // The functions of gate.h for an edit's number.
   [[nodiscard]] float weight(int edit, const V2d& uv) const noexcept {
     return entry_weight((*this)[edit], uv);
   }

@@ -160,7 +160,7 @@ std::optional<V2d> locate(const Quad& q, const V3d& p) noexcept {
 std::optional<QuadHit> intersect(const Quad& q, const V3d& o, const V3d& d) noexcept {
   const V3d& n = q.plane_normal;
   const double cosine = n.x * d.x + n.y * d.y + n.z * d.z;
-  if (!(std::abs(cosine) >= min_cosine)) return std::nullopt;
+  if (!(std::abs(cosine) >= min_crossing_cosine)) return std::nullopt;
   const double t = (q.plane_offset - (n.x * o.x + n.y * o.y + n.z * o.z)) / cosine;
   const auto uv = locate(q, {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z});
   if (!uv) return std::nullopt;

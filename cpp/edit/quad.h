@@ -27,8 +27,9 @@ struct Quad {
   double u0 = 0, v0 = 0;
   V3d plane_normal;  // of the plane group: plane_normal · p = plane_offset
   double plane_offset = 0;
-  double slack = 0;  // a few ulp of the largest coordinate, so that neighbours share their edge
-  double slack_u = 0, slack_v = 0;  // the same in u and v
+  // A few ulp of the largest coordinate, by which a quad is larger so that neighbours share their edge; in m,
+  // and in u and v.
+  double slack = 0, slack_u = 0, slack_v = 0;
   double area = 0;
   double offset = 0;  // the artist's
   int order = 0;
@@ -42,15 +43,16 @@ struct QuadHit {
   V2d uv;  // in [0, 1]²
 };
 
-inline constexpr double min_cosine = 1e-6;
+// A direction that is more nearly parallel to a quad does not cross it.
+inline constexpr double min_crossing_cosine = 1e-6;
 
-// World corners, (0,0) (1,0) (0,1) (1,1); empty for numbers that are not finite, or beyond 1e15.
+// World positions of the corners (0,0) (1,0) (0,1) (1,1). Empty if a number is not finite or beyond 1e15.
 [[nodiscard]] std::optional<std::array<V3d, 4>> quad_corners(const QuadDescription& description) noexcept;
 
-// Such numbers throughout.
+// True if quad_corners() has an answer.
 [[nodiscard]] bool is_finite(const QuadDescription& description) noexcept;
 
-// Empty also for an area below 1e-12 extent². Not floated yet.
+// The quad before place_quads() makes it float. Empty if it has no corners, or an area below 1e-12 extent².
 [[nodiscard]] std::optional<Quad> make_quad(const QuadDescription& description, const V3d& centre,
                                             double extent);
 
@@ -64,7 +66,7 @@ int place_quads(std::span<Quad* const> quads, double delta, double scale, const 
 [[nodiscard]] std::optional<QuadHit> intersect(const Quad& quad, const V3d& origin,
                                                const V3d& direction) noexcept;
 
-// (u, v) of a point of the quad's plane, empty outside of it.
+// (u, v) of a point in the quad's plane; empty if the point lies outside of the quad.
 [[nodiscard]] std::optional<V2d> locate(const Quad& quad, const V3d& point) noexcept;
 
 }  // namespace sluice

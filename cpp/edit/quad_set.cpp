@@ -27,15 +27,15 @@ bool is_member(EditSet members, int edit) noexcept { return members.empty() || c
 // Halves a range at the median of the longest side of its middles.
 std::size_t halve(std::span<std::uint32_t> range, const std::vector<V3d>& low, const std::vector<V3d>& high) {
   const auto middle = [&](std::uint32_t q) { return low[q] + high[q]; };
-  V3d least = middle(range[0]), most = least;
+  V3d min_corner = middle(range[0]), max_corner = min_corner;
   for (const std::uint32_t q : range) {
     const V3d m = middle(q);
     for (int axis = 0; axis < 3; ++axis) {
-      least[axis] = std::min(least[axis], m[axis]);
-      most[axis] = std::max(most[axis], m[axis]);
+      min_corner[axis] = std::min(min_corner[axis], m[axis]);
+      max_corner[axis] = std::max(max_corner[axis], m[axis]);
     }
   }
-  const V3d size = most - least;
+  const V3d size = max_corner - min_corner;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const auto half = static_cast<std::ptrdiff_t>(range.size() / 2);
   std::nth_element(range.begin(), range.begin() + half, range.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -69,17 +69,17 @@ std::size_t QuadSet::bytes() const noexcept {
 
 void QuadSet::build() {
   if (size() <= loop_size) return;
-  V3d least = low_[0], most = high_[0];
+  V3d min_corner = low_[0], max_corner = high_[0];
   for (std::size_t q = 1; q < size(); ++q)
     for (int axis = 0; axis < 3; ++axis) {
-      least[axis] = std::min(least[axis], low_[q][axis]);
-      most[axis] = std::max(most[axis], high_[q][axis]);
+      min_corner[axis] = std::min(min_corner[axis], low_[q][axis]);
+      max_corner[axis] = std::max(max_corner[axis], high_[q][axis]);
     }
-  const V3d size_of_all = most - least;
+  const V3d size_of_all = max_corner - min_corner;
   const double wider = widening * std::max({size_of_all.x, size_of_all.y, size_of_all.z});
   for (V3d& low : low_) low -= V3d(wider);
   for (V3d& high : high_) high += V3d(wider);
-  middle_ = (least + most) / 2, half_ = size_of_all / 2 + V3d(wider);
+  middle_ = (min_corner + max_corner) / 2, half_ = size_of_all / 2 + V3d(wider);
   std::vector<std::uint32_t> all(size());
   std::iota(all.begin(), all.end(), 0u);
   root_ = size() <= few ? make_leaf(all) : make_node(all);
@@ -158,7 +158,7 @@ void QuadSet::test(const Segment& segment, double t_max, std::size_t i, const Fo
   const Test& q = tests_[i];
   const double cosine = q.normal.x * d.x + q.normal.y * d.y + q.normal.z * d.z;
   const double t = (q.offset - (q.normal.x * o.x + q.normal.y * o.y + q.normal.z * o.z)) / cosine;
-  if (!(std::abs(cosine) >= min_cosine && t > segment.t_min && t <= t_max)) return;
+  if (!(std::abs(cosine) >= min_crossing_cosine && t > segment.t_min && t <= t_max)) return;
   const double x = o.x + t * d.x, y = o.y + t * d.y, z = o.z + t * d.z;
   const double u = q.dual_u.x * x + q.dual_u.y * y + q.dual_u.z * z - q.u0;
   if (!(u >= -q.slack_u && u <= 1 + q.slack_u)) return;
@@ -339,15 +339,15 @@ bool QuadSet::any(const Segment& segment, EditSet members) const noexcept {
   return hit;
 }
 
-bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::size_t most,
+bool QuadSet::in_cone(const Segment& segment, double radius, EditSet members, std::size_t max_count,
                       std::vector<std::uint32_t>& out) const {
   double t_max = segment.t_max;
   visit(segment, radius, t_max, [&](std::size_t i) {
     if (!is_member(members, id_[i].edit)) return;
     out.push_back(static_cast<std::uint32_t>(i));
-    if (out.size() > most) t_max = -std::numeric_limits<double>::infinity();  // ends the search
+    if (out.size() > max_count) t_max = -std::numeric_limits<double>::infinity();  // ends the search
   });
-  return out.size() <= most;
+  return out.size() <= max_count;
 }
 
 bool QuadSet::any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept {

@@ -17,7 +17,7 @@ namespace sluice {
 struct Segment {
   V3d origin;
   V3d direction;
-  // crossings with t_min < t <= t_max count
+  // Crossings count if t_min < t <= t_max.
   double t_min = 0, t_max = std::numeric_limits<double>::infinity();
   int excluded_group = -1;  // the plane group that the segment starts in
 };
@@ -39,7 +39,7 @@ struct Crossing {
 
 class QuadSet {
  public:
-  static constexpr std::size_t few = 32;  // spheres alone do
+  static constexpr std::size_t few = 32;  // So many quads are found by their spheres alone, without a BVH.
 
   void add(const Quad& quad, const QuadId& id);  // then build() once
   void build();
@@ -51,10 +51,10 @@ class QuadSet {
   // < 0 if there is none.
   [[nodiscard]] Crossing first(const Segment& segment, EditSet members = {}) const noexcept;
   [[nodiscard]] bool any(const Segment& segment, EditSet members = {}) const noexcept;
-  // Numbers, appended, of the quads that any segment may cross which begins within `radius` (m) of this one's
-  // origin and ends where it ends (and of some that none can). False: more than `most`; then they are not all
-  // there.
-  [[nodiscard]] bool in_cone(const Segment& segment, double radius, EditSet members, std::size_t most,
+  // Appends the numbers of all quads (and of a few more) that can be crossed by any segment that ends where
+  // this one ends and begins within `radius` (m) of its origin. False if there are more than `max_count`:
+  // then some are missing.
+  [[nodiscard]] bool in_cone(const Segment& segment, double radius, EditSet members, std::size_t max_count,
                              std::vector<std::uint32_t>& out) const;
   [[nodiscard]] bool any_of(std::span<const std::uint32_t> numbers, const Segment& segment) const noexcept;
   // Appends all crossings, in no order.

@@ -27,15 +27,15 @@ using ImageSet = std::uint64_t;
 inline constexpr ImageSet picture = 1, all_images = ~ImageSet{0};
 inline constexpr int max_light_layers = 63;
 
-// Edits that would take a path in some state.
+// The edits that would take a path in some state.
 struct TakingList {
   std::vector<std::uint16_t> edits;    // by `order`
   std::vector<std::uint64_t> members;  // the same as bits
-  // their entries; left empty when there are many: then the set of all entries is asked
+  // Their entries; empty if there are many, when the set of all entries is asked instead.
   QuadSet quads;
 };
 
-// How large a table may grow; beyond either it counts as full.
+// How large a table may grow. It is full when it reaches either limit.
 struct StateLimits {
   std::size_t memory = std::size_t{1} << 29;  // bytes
   StateId states = (1u << 24) - 1;
@@ -43,10 +43,12 @@ struct StateLimits {
 
 class StateTable {
  public:
-  static constexpr StateId dead = 0;  // takes nothing, stays dead: where paths end that found the table full
-  static constexpr StateId light_start = 1, view_start = 2;  // before any event: feed L's class, or E's
+  // A path that finds the table full is dead: no edit takes it, and whatever happens to it, it stays dead.
+  static constexpr StateId dead = 0;
+  // The states before any event; the first is L's class, or E's.
+  static constexpr StateId light_start = 1, view_start = 2;
 
-  // keeps a pointer to `edits`. Copies are independent
+  // Keeps a pointer to `edits`. Copies are independent.
   explicit StateTable(const Edits& edits, const StateLimits& limits = {});
 
   // The state after one more event. Light states are fed in the order of light, view states backward from E.
@@ -66,7 +68,7 @@ class StateTable {
     return contains(lists_[list_[state]]->members, edit);
   }
   [[nodiscard]] int gates(StateId state) const noexcept { return gates_[state]; }
-  // an entry that would take it absorbs it
+  // If so, an entry that would take the path absorbs it.
   [[nodiscard]] bool at_cap(StateId state) const noexcept { return gates_[state] >= max_gates_; }
   // Edits that have acted on the path, in ascending order; those that do not repeat are used up. The span
   // lives until the next state is interned.
@@ -87,9 +89,9 @@ class StateTable {
   [[nodiscard]] std::span<const std::uint32_t> content(StateId state) const noexcept;
   [[nodiscard]] StateId intern(std::span<const std::uint32_t> content) noexcept;
 
-  // states are 0 .. size() - 1
+  // States are 0 .. size() - 1.
   [[nodiscard]] StateId size() const noexcept { return static_cast<StateId>(list_.size()); }
-  // that it may hold, vectors grown to twice their use
+  // An upper bound of the memory that it holds, as vectors grow to twice their use.
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
 
  private:

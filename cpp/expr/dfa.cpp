@@ -101,13 +101,13 @@ std::optional<Dfa> determinised(const Positions& positions, std::span<const std:
 // longest word that is needed to tell two states apart; automata where that is absurdly long are returned as
 // they are.
 Dfa minimised(const Dfa& dfa, const CancelPoint& cancel) {
-  constexpr int most_rounds = 300;
+  constexpr int max_rounds = 300;
   const auto n = static_cast<std::size_t>(dfa.states), columns = static_cast<std::size_t>(dfa.columns);
   std::vector<std::uint32_t> block(dfa.label.begin(), dfa.label.end()), refined(n);
   PairNumbers pairs(n);
   std::uint32_t count = 0;
   for (int round = 0;; ++round) {
-    if (round == most_rounds) return dfa;
+    if (round == max_rounds) return dfa;
     cancel();
     refined = block;
     std::uint32_t found = count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sets of edits, a bit for each.
+// Sets of edits, each a bit at its number.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -20,7 +20,8 @@ class Reach {
   Reach(std::span<const Dfa> automata, const std::vector<char>& occurs, int edits,
         const CancelPoint& cancel = {});
 
-  // Edits that may take a path whose last event is of this class (none: a span of size 0); by any last event.
+  // The edits that may take a path whose last event is of this class (the span is empty if there are none),
+  // and those that may take a path after any event.
   [[nodiscard]] EditSet after(EventClass last) const noexcept {
     return {bits_.data() + static_cast<std::size_t>(last) * words_, size_[last]};
   }

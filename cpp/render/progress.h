@@ -55,19 +55,19 @@ struct Progress {
   std::optional<Failure> failure;
 };
 
-// Is a render over that has finished `passes`, the last of which took `last_pass_seconds` of its `seconds`?
-// `relative_error` < 0: not known, or not measured after this pass.
+// How far a render is after a pass.
 struct Pace {
-  int passes = 0;
+  int passes = 0;  // finished
   double seconds = 0, last_pass_seconds = 0;
-  double relative_error = -1;
+  double relative_error = -1;  // < 0: unknown, or not measured after this pass
 };
+// Why the render stops now; None: it goes on.
 [[nodiscard]] StopReason stop_after(const Pace& pace, const RenderSettings& settings) noexcept;
 
-// The picture's error is measured when all streams of the film have as many passes.
+// The picture's error is measured whenever all streams of the film have the same number of passes.
 [[nodiscard]] bool measures_error_after(int passes) noexcept;
 
-// Seconds to the nearest stop, by those of the passes so far; < 0: unknown.
+// Estimated seconds to the nearest stop, at the speed of the passes so far; < 0: unknown.
 [[nodiscard]] double seconds_left(const Progress& progress, const RenderSettings& settings) noexcept;
 
 }  // namespace sluice

@@ -36,12 +36,12 @@ class Session {
 
   // Returns at once. A session renders once; a second start throws std::logic_error.
   void start(SceneDescription description, RenderSettings settings);
-  // The same things as `base` shows, with another view or other edits: the picture that start() would make,
-  // without compiling them anew. False, and nothing was started: `base` has not compiled them, or edits lie
-  // so far away that it must be done anew.
+  // Starts a render of the same things as `base` shows, with another view or other edits. The picture is the
+  // one that start() would make, but the things are not compiled anew. False if nothing was started: `base`
+  // has not compiled them, or edits lie so far away that they must be compiled anew.
   [[nodiscard]] bool start_from(const Session& base, ShotDescription shot, RenderSettings settings);
-  bool wait(double seconds);  // true: over, whatever way
-  void cancel() noexcept;     // returns at once; over within half a second
+  bool wait(double seconds);  // True if the render is over, in whatever way.
+  void cancel() noexcept;     // Returns at once; the render is over within half a second.
 
   [[nodiscard]] Progress progress() const;
   [[nodiscard]] Warnings warnings() const;
@@ -51,8 +51,8 @@ class Session {
     int width, height, channels;
     std::vector<float> pixels;  // row 0 at the bottom
   };
-  // Passes of the film by name, of one moment, unfinished passes included. Empty: there is nothing yet, or no
-  // pass of such a name.
+  // Render passes by name, all as they are at one moment, with what unfinished passes have brought. Empty if
+  // there is nothing yet, or if one of the names is unknown.
   [[nodiscard]] std::vector<Picture> pictures(const std::vector<std::string>& names) const;
   [[nodiscard]] std::uint64_t film_hash() const;
 
@@ -77,16 +77,16 @@ class Session {
 
   RenderSettings settings_;
   std::atomic<bool> cancel_{false};
-  mutable std::mutex lock_;  // of all below but the film
+  mutable std::mutex lock_;  // guards all members below but the film
   std::condition_variable over_;
   Progress progress_;
-  std::shared_ptr<const Scene> scene_;  // stays when the render is over: for start_from
+  std::shared_ptr<const Scene> scene_;  // stays when the render is over, for start_from()
   Warnings warnings_;
   RenderStatistics statistics_;
   std::chrono::steady_clock::time_point begin_{};
   mutable std::mutex film_lock_;
   std::unique_ptr<Film> film_;
-  BackgroundTask task_;  // last: it ends before what it works on
+  BackgroundTask task_;  // the last member, so that it ends before what it works on
 };
 
 }  // namespace sluice

@@ -17,8 +17,8 @@ struct RenderSettings {
   int threads = 0;                 // 0 = all
 };
 
-// The same within bounds that keep every index and radius meaningful, whatever a file says; all threads are
-// counted.
+// The settings clamped so that every index and radius is meaningful whatever a file says, and with the number
+// of threads in place of 0.
 [[nodiscard]] RenderSettings bounded(RenderSettings settings);
 
 }  // namespace sluice

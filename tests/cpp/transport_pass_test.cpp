@@ -29,7 +29,7 @@ SceneDescription small_world(const std::string& expression = "LS+") {
   EditDescription edit;
   edit.expression = expression;
   edit.entry = quad("Entry", at({0, 0, 0}), 0, 0.9);
-  edit.exits.push_back({.quad = quad("Exit", at({1.8, 0, 0}), 1, 0.9), .intensity = 0.8f, .hue_shift = 1});
+  edit.exits.push_back({{.intensity = 0.8f, .hue_shift = 1}, quad("Exit", at({1.8, 0, 0}), 1, 0.9)});
   scene.edits.push_back(edit);
   scene.camera.matrix = test::translation({0, 0, 8});
   scene.frame = {.width = 48, .height = 40, .x0 = 0, .y0 = 0, .x1 = 48, .y1 = 40};
@@ -192,8 +192,8 @@ TEST(Pass, TheChoiceOfAnExitIsBookedAsSampling) {
   edit.exits.clear();
   double intensities = 0;
   for (int i = 0; i < split_budget + 4; ++i) {
-    edit.exits.push_back({.quad = quad(numbered("Exit ", i), at({1.8, 0, 0}), 1 + i, 0.9),
-                          .intensity = i == 3 ? 5.0f : 0.01f});
+    edit.exits.push_back(
+        {{.intensity = i == 3 ? 5.0f : 0.01f}, quad(numbered("Exit ", i), at({1.8, 0, 0}), 1 + i, 0.9)});
     intensities += static_cast<double>(edit.exits.back().intensity);
   }
   const auto scene = test::compiled(description);
@@ -356,7 +356,7 @@ TEST(Pass, ViewEditsKeepAlphaAndDepth) {
   description.edits[0] = {};
   description.edits[0].expression = "E";
   description.edits[0].entry = quad("Entry", at({0, 0, 5}), 0, 9);
-  description.edits[0].exits.push_back({.quad = quad("Exit", at({0, 0, 4}), 1, 9)});
+  description.edits[0].exits.push_back({{}, quad("Exit", at({0, 0, 4}), 1, 9)});
   const auto scene = test::compiled(description);
   Renderer renderer(*scene, 1);
   renderer.settings.transparent_film = true;
