@@ -28,11 +28,10 @@ class EmissionMixture {
  public:
   enum class Way : std::uint8_t { Own, Target, Histogram };
   struct Choice {
+    static constexpr std::size_t no_target = ~std::size_t{0};
     Way way;
-    std::size_t target;  // for Way::Target
+    std::size_t target;  // of Way::Target, else none
     float u;             // the random number, stretched to [0, 1) again
-
-    [[nodiscard]] bool is_target(std::size_t t) const noexcept { return way == Way::Target && target == t; }
   };
 
   EmissionMixture(const EmissionShares& shares, EmissionHistogram histogram)
@@ -42,8 +41,8 @@ class EmissionMixture {
 
   [[nodiscard]] Choice sample(float u) const noexcept {
     const Distribution::Choice way = ways_.sample(u);
-    if (way.index == own) return {Way::Own, 0, way.u};
-    if (way.index == last()) return {Way::Histogram, 0, way.u};
+    if (way.index == own) return {Way::Own, Choice::no_target, way.u};
+    if (way.index == last()) return {Way::Histogram, Choice::no_target, way.u};
     return {Way::Target, way.index - first_target, way.u};
   }
 

@@ -29,7 +29,7 @@ struct SampleCount {
 
 class SampleMap {
  public:
-  static constexpr int most = 16, most_of_emission = 64;  // samples of a pixel
+  static constexpr int max_samples = 16, max_emission_samples = 64;  // of a pixel
 
   SampleMap() = default;  // one sample everywhere
   // `side`: of a block, in pixels.

@@ -178,12 +178,12 @@ SampleCount best_count(const Noise& noise, double price) {
   double least = infinity;
   for_each_kind([&](SampleCount count) {
     const double of_one = noise.of_one(count), cost = price * cost_of_one(count);
-    count.samples = rounded(std::sqrt(of_one / cost), 1, SampleMap::most);
+    count.samples = rounded(std::sqrt(of_one / cost), 1, SampleMap::max_samples);
     const double loss = of_one / count.samples + cost * count.samples;
     if (loss < least) least = loss, best = count;
   });
   best.emission_samples =
-      rounded(std::sqrt(noise.emission / (price * cost_of_emission)), 0, SampleMap::most_of_emission);
+      rounded(std::sqrt(noise.emission / (price * cost_of_emission)), 0, SampleMap::max_emission_samples);
   // the others see as much (and what was meant for them is left)
   if (best.emission_samples <= best.samples) best.emission_samples = 0;
   return best;

@@ -63,7 +63,7 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const EmissionGui
   const float density = mixture.pdf(
       [&](float share) { return by_disk(all, chosen.way == Way::Own, share); },
       [&](float share) { return share * plane.pdf(mixture.histogram().pdf(plane.uv(origin, d)), d); },
-      [&](std::size_t t, float share) { return by_disk(guide.targets[t], chosen.is_target(t), share); });
+      [&](std::size_t t, float share) { return by_disk(guide.targets[t], chosen.target == t, share); });
   if (!(density > 0)) return {};
   return EmittedPhoton{origin, d,
                        V3f(0), eval_infinite_emission(scene, light, d) / (sample->pdf * density),
@@ -102,7 +102,7 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const EmissionGuide
       [&](float share) { return share * mixture.histogram().pdf(uv_of_direction(*direction)) / (4 * pi); },
       [&](std::size_t t, float share) {
         const Cone cone(guide.targets[t], point->position);
-        return chosen.is_target(t) || cone.contains(*direction) ? share * cone_pdf(cone.one_minus_cos) : 0.0f;
+        return chosen.target == t || cone.contains(*direction) ? share * cone_pdf(cone.one_minus_cos) : 0.0f;
       });
   if (!(density > 0)) return {};
   return EmittedPhoton{point->position,

@@ -38,7 +38,7 @@ void SampleSums::finish(const Sample& sample) noexcept {
 // The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of
 // a pixel is.
 void SampleSums::add_up(Color& sum, const Color& radiance) noexcept {
-  constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::most);
+  constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::max_samples);
   static_assert(part_count <= 8);
   sum += radiance;
   if (max_component(sum) < most) return;
