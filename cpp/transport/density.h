@@ -131,9 +131,11 @@ class Receiver {
   bool is_like_ = false;
 };
 
-// The sum of f Φ k over photons that the rule lets in, and found(photon, f Φ k, whether it is in the sum) for
-// the others that the kernel reaches, and for those of the sum that ask(q) wants handed over as well; k
-// integrates to 1 over the surface. Only flat diffuse receivers sum.
+// Returns the sum of f Φ k over those photons in the kernel's reach that the rule and ask() let into a sum; k
+// integrates to 1 over the surface. Receivers that are not flat and diffuse sum nothing.
+// found(photon, f Φ k, is_summed) is called for every other photon in reach, and for those of the sum whose
+// state ask() wants handed over as well.
+// ask(q) -> SumAnswer is called, if the rule asks for states, whenever q changes from photon to photon.
 //
 // At y, one radius for all photons: k = 1 / (π r²), the fewest photons to look at.
 template <class Ask, class Found>

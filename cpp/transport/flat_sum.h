@@ -38,7 +38,7 @@ class FlatSum {
   template <class Ask>
   [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, const __m256& weights, Ask&& ask) {
     const __m256i tags = map_.tags(lanes);
-    // A gate is deeper than any depth.
+    // The tag has a bit above all depths for photons that met a gate: one comparison leaves out these too.
     const __m256i depth_or_gate =
         _mm256_and_si256(tags, _mm256_set1_epi32(PhotonMap::tag_depth | PhotonMap::tag_gate));
     const unsigned out = lying & bits_of(_mm256_cmpgt_epi32(depth_or_gate, deepest_));
