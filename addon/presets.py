@@ -166,7 +166,7 @@ class SLUICE_PT_expressions(PresetPanel, bpy.types.Panel):
             layout.separator()
         layout.label(text="Own")
         if bpy.utils.preset_paths(SUBDIR):
-            bpy.types.Menu.draw_preset(self, context)  # type: ignore[arg-type]
+            bpy.types.Menu.draw_preset(self, context)
         else:
             self._draw_first(layout, context.window_manager)
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where view samples go: how many of a pass each block of pixels takes, and how many lights and gather
-// segments each, as a pilot pass found noise there. Fixed before the first pass like the rest of the guide
-// and made of samples of its own, so the picture's mean stays what it is (no sample decides about itself).
+// segments each, as a pilot found noise there. It is fixed before the first view samples are taken (its pilot
+// needs the photons of the first pass) and made of samples of its own, so the picture's mean stays what it
+// is: no sample decides about itself.
 #pragma once
 #include <vector>
 
