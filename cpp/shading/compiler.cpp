@@ -210,7 +210,6 @@ void MaterialCompiler::allocate_registers() {
 }
 
 Material MaterialCompiler::compile() {
-  material_.name_ = description_.name;
   if (description_.nodes.size() > largest_tree)
     overflow_ = true;
   else

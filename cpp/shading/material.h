@@ -32,14 +32,12 @@ class Material {
   Material(Material&&) noexcept;
   Material& operator=(Material&&) noexcept;
 
-  [[nodiscard]] const std::string& name() const noexcept { return name_; }
   // Answers for every point and direction: what could happen, not what does.
   [[nodiscard]] bool is_opaque() const noexcept { return opaque_; }
   [[nodiscard]] bool emits() const noexcept { return emits_; }
   [[nodiscard]] bool emission_is_constant() const noexcept { return constant_emission_; }
   // the same lobes everywhere and from everywhere, on one side
   [[nodiscard]] bool is_constant() const noexcept;
-  [[nodiscard]] bool refracts() const noexcept { return refracts_; }
   [[nodiscard]] bool transmits() const noexcept { return transmits_; }  // has lobes to the other side
   // else the same lobes from all directions, on one side
   [[nodiscard]] bool sees_direction() const noexcept { return sees_direction_; }
@@ -57,13 +55,11 @@ class Material {
   friend void shade(const Material&, const SurfacePoint&, Bsdf&) noexcept;
   friend Color eval_transparency(const Material&, const SurfacePoint&) noexcept;
 
-  std::string name_;
   std::unique_ptr<const Program> program_;
   MaterialNeeds needs_;
   Color average_emission_{0};
   EventMask events_ = 0;
-  bool opaque_ = true, emits_ = false, constant_emission_ = true, refracts_ = false, transmits_ = false,
-       sees_direction_ = false;
+  bool opaque_ = true, emits_ = false, constant_emission_ = true, transmits_ = false, sees_direction_ = false;
 };
 
 // Never throws for what a node tree says: unknown nodes, loops, missing images and sockets become warnings

@@ -154,7 +154,6 @@ void ShaderReader::add(AddLobes lobes, std::span<const Value> inputs, const Trai
   material.events_ |= traits.events;
   material.opaque_ &= !traits.transparent;
   material.emits_ |= traits.emits;
-  material.refracts_ |= traits.refracts;
   material.transmits_ |= traits.refracts || traits.transmits;
   compiler_.layered_ |= traits.layered;
 }

@@ -51,7 +51,7 @@ TEST(Material, MixWeightsFoldIntoLobes) {
   EXPECT_EQ(b.lobes[2].event, Event::S);
   EXPECT_TRUE(b.lobes[2].delta && b.lobes[3].delta);
   EXPECT_EQ(material.lobe_events(), mask_of(Event::D) | mask_of(Event::S));
-  EXPECT_TRUE(material.refracts() && material.is_opaque() && !material.emits());
+  EXPECT_TRUE(material.transmits() && material.is_opaque() && !material.emits());
   EXPECT_TRUE(tree.warnings.empty());
 }
 
