@@ -24,10 +24,6 @@ template <class Shape>
   return Frame(n);
 }
 
-[[nodiscard]] Frame frame_of(const Lobe& lobe) noexcept {
-  return std::visit([&](const auto& shape) { return frame_of(shape, lobe.n); }, lobe.shape);
-}
-
 // Losses of the coatings above a lobe, read on the eye's side (photon paths; see Lobe::under).
 [[nodiscard]] Color through_layers(const Bsdf& bsdf, const Lobe& lobe, const V3f& wi) noexcept {
   Color through(1);
@@ -44,10 +40,11 @@ template <class Shape>
   if (std::holds_alternative<Lambert>(lobe.shape)) {
     f *= std::max(0.0f, wi.dot(lobe.n)) / pi;
   } else {
-    const Frame frame = frame_of(lobe);
-    f *= std::visit([o = frame.to_local(wo),
-                     i = frame.to_local(wi)](const auto& shape) { return eval_shape(shape, o, i); },
-                    lobe.shape);
+    const auto visit = [&](const auto& shape) {
+      const Frame frame = frame_of(shape, lobe.n);
+      return eval_shape(shape, frame.to_local(wo), frame.to_local(wi));
+    };
+    f *= std::visit(visit, lobe.shape);
   }
   return lobe.under && bsdf.photon ? f * through_layers(bsdf, lobe, wi) : f;
 }
@@ -55,10 +52,11 @@ template <class Shape>
 [[nodiscard]] float pdf_lobe(const Lobe& lobe, const V3f& wo, const V3f& wi, bool other_side) noexcept {
   if (is_transmitting(lobe) != other_side) return 0;
   if (std::holds_alternative<Lambert>(lobe.shape)) return std::max(0.0f, wi.dot(lobe.n)) / pi;
-  const Frame frame = frame_of(lobe);
-  return std::visit(
-      [o = frame.to_local(wo), i = frame.to_local(wi)](const auto& shape) { return pdf_shape(shape, o, i); },
-      lobe.shape);
+  const auto visit = [&](const auto& shape) {
+    const Frame frame = frame_of(shape, lobe.n);
+    return pdf_shape(shape, frame.to_local(wo), frame.to_local(wi));
+  };
+  return std::visit(visit, lobe.shape);
 }
 
 [[nodiscard]] float eta_of(const Lobe& lobe) noexcept {
@@ -114,13 +112,15 @@ float pdf(const Bsdf& bsdf, const V3f& wo, const V3f& wi, EventMask mask) noexce
 std::optional<BsdfSample> sample_lobe(const Bsdf& bsdf, int index, const V3f& wo, const V2f& u) noexcept {
   assert(index >= 0 && index < bsdf.count && is_unit(wo));
   const Lobe& lobe = bsdf.lobes[static_cast<std::size_t>(index)];
-  const Frame frame = frame_of(lobe);
   ShapeSample s;
-  if (!std::visit([&, o = frame.to_local(wo)](const auto& shape) { return sample_shape(shape, o, u, s); },
-                  lobe.shape))
-    return {};
-  const V3f wi = frame.to_world(s.i);
-  if ((wi.dot(bsdf.ng) < 0) != is_transmitting(lobe)) return {};  // the true surface hides it
+  V3f wi;
+  const auto visit = [&](const auto& shape) {
+    const Frame frame = frame_of(shape, lobe.n);
+    if (!sample_shape(shape, frame.to_local(wo), u, s)) return false;
+    wi = frame.to_world(s.i);
+    return (wi.dot(bsdf.ng) < 0) == transmits(shape);  // else the true surface hides it
+  };
+  if (!std::visit(visit, lobe.shape)) return {};
   Color weight = lobe.weight * s.weight;
   if (lobe.under && bsdf.photon) weight *= through_layers(bsdf, lobe, wi);
   return BsdfSample{wi, weight, s.pdf, lobe.event, index, lobe.delta, eta_of(lobe)};
