@@ -8,10 +8,6 @@ namespace {
   return (mask_of(lobe.event) & mask) != 0;
 }
 
-[[nodiscard]] bool is_transmitting(const Lobe& lobe) noexcept {
-  return std::visit([](const auto& shape) { return transmits(shape); }, lobe.shape);
-}
-
 // Along the tangent of a shape that has one and is not the same all round.
 template <class Shape>
 [[nodiscard]] Frame frame_of(const Shape& shape, const V3f& n) noexcept {
@@ -35,7 +31,7 @@ template <class Shape>
 // f·|cos| of one lobe, flux convention, and its density. `other_side`: wi is beyond the geometric surface.
 [[nodiscard]] Color eval_lobe(const Bsdf& bsdf, const Lobe& lobe, const V3f& wo, const V3f& wi,
                               bool other_side) noexcept {
-  if (is_transmitting(lobe) != other_side) return Color(0);
+  if (lobe.transmits != other_side) return Color(0);
   Color f = lobe.weight;
   if (std::holds_alternative<Lambert>(lobe.shape)) {
     f *= std::max(0.0f, wi.dot(lobe.n)) / pi;
@@ -50,7 +46,7 @@ template <class Shape>
 }
 
 [[nodiscard]] float pdf_lobe(const Lobe& lobe, const V3f& wo, const V3f& wi, bool other_side) noexcept {
-  if (is_transmitting(lobe) != other_side) return 0;
+  if (lobe.transmits != other_side) return 0;
   if (std::holds_alternative<Lambert>(lobe.shape)) return std::max(0.0f, wi.dot(lobe.n)) / pi;
   const auto visit = [&](const auto& shape) {
     const Frame frame = frame_of(shape, lobe.n);
@@ -194,10 +190,10 @@ Color layer_transmission(const Layer& layer, const V3f& w) noexcept {
 void add_lobe(Bsdf& bsdf, Event event, const Color& weight, const V3f& n, const LobeShape& shape,
               const V3f& wo, std::uint8_t under) noexcept {
   const float mu = std::clamp(wo.dot(n), 0.0f, 1.0f);
-  Lobe lobe{event, false, under, 0, weight, weight, n, shape};
+  Lobe lobe{event, false, false, under, 0, weight, weight, n, shape};
   std::visit(
       [&](const auto& s) {
-        lobe.delta = is_delta(s);
+        lobe.delta = is_delta(s), lobe.transmits = transmits(s);
         if (lobe.delta) lobe.event = Event::S;
         lobe.albedo *= albedo_shape(s, mu);
       },

@@ -38,9 +38,7 @@ inline void make_vertex(const Scene& scene, const Hit& hit, const V3f& wo, bool 
 // light through.
 [[nodiscard]] inline V3f lit_side(const Bsdf& bsdf) noexcept {
   for (int i = 0; i < bsdf.count; ++i)
-    if (!bsdf.lobes[i].delta &&
-        std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape))
-      return V3f(0);
+    if (!bsdf.lobes[i].delta && bsdf.lobes[i].transmits) return V3f(0);
   return bsdf.ng;
 }
 

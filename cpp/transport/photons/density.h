@@ -33,8 +33,7 @@ class Receiver {
     for (int i = 0; i < bsdf.count; ++i) {
       if (!(mask_of(bsdf.lobes[i].event) & mask_)) continue;
       ++lobes, last = i;
-      transmits_ =
-          transmits_ || std::visit([](const auto& shape) { return transmits(shape); }, bsdf.lobes[i].shape);
+      transmits_ = transmits_ || bsdf.lobes[i].transmits;
     }
     const Lobe& lobe = bsdf.lobes[last];
     flat_lambert_ = lobes == 1 && std::holds_alternative<Lambert>(lobe.shape) && lobe.n == bsdf.ng;
