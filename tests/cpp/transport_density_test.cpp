@@ -185,7 +185,7 @@ const Vertex& white_floor() {
     v.hit.position = V3d(0);
     v.point.ns = v.point.wo = v.bsdf.ng = up;
     v.bsdf.count = 1;
-    v.bsdf.lobes[0] = {Event::D, false, 0, 1, Color(1), Color(1), up, Lambert{}};
+    v.bsdf.lobes[0] = {Event::D, false, false, 0, 1, Color(1), Color(1), up, Lambert{}};
     return v;
   }();
   return floor;
