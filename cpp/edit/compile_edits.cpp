@@ -285,7 +285,7 @@ class EditsBuilder {
           Reach(light ? edits_.automata_.forward : edits_.automata_.backward, occurs, edits_.size(), cancel_);
     }
     for (int i = 0; i < edits_.size(); ++i)
-      if (!contains(edits_.takers(edits_[i].side), i))
+      if (!contains(edits_.could_take(edits_[i].side), i))
         warnings_.push_back({edits_[i].name,
                              "no path of this scene can match its expression (lights, materials and names as "
                              "they are); the edit does nothing"});

@@ -28,8 +28,8 @@ class Edits {
   }
   // The edits of a side whose expression some path of the scene can fulfil, and those of them that may take a
   // path right after an event. Other edits need not be asked.
-  [[nodiscard]] EditSet takers(Side side) const noexcept { return reach_[index(side)].any(); }
-  [[nodiscard]] EditSet takers_after(Side side, EventClass last) const noexcept {
+  [[nodiscard]] EditSet could_take(Side side) const noexcept { return reach_[index(side)].any(); }
+  [[nodiscard]] EditSet could_take_after(Side side, EventClass last) const noexcept {
     return reach_[index(side)].after(last);
   }
   [[nodiscard]] int max_gates() const noexcept { return max_gates_; }

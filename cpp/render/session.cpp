@@ -11,7 +11,7 @@
 #include "transport/photons/photon_pass.h"
 #include "transport/guide/pilot.h"
 #include "transport/guide/sample_pilot.h"
-#include "transport/view_pass.h"
+#include "transport/view/view_pass.h"
 
 namespace sluice {
 namespace {
@@ -159,7 +159,7 @@ void Session::render_scene(const Scene& scene) {
     const bool block_ends = (pass + 1) % passes_per_block == 0;
     if (block_ends) close_film_block();
     const double view_seconds = seconds_since(view_begin);
-    record_pass({counts, photons.all.size(), photons.all.bytes() + photons.close.bytes(), photon_seconds,
+    record_pass({counts, photons.at_y.size(), photons.at_y.bytes() + photons.at_v.bytes(), photon_seconds,
                  view_seconds});
     stop = should_stop(photon_seconds + view_seconds);
   }

@@ -23,6 +23,7 @@
 #include "transport/film.h"
 #include "transport/guide.h"
 #include "transport/guide/arrivals.h"
+#include "transport/photons/photon_set.h"
 #include "transport/pass.h"
 
 namespace sluice {

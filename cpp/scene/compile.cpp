@@ -118,7 +118,7 @@ std::unique_ptr<const Scene> shoot(std::shared_ptr<const Scene::Parts> parts,
       classes[kind] = shot->edits.event_class(static_cast<Event>(kind), instance.entity);
     for (const Event e : {Event::L, Event::D, Event::S, Event::G})
       may_be_taken = may_be_taken ||
-                     !shot->edits.takers_after(Side::Light, classes[static_cast<std::size_t>(e)]).empty();
+                     !shot->edits.could_take_after(Side::Light, classes[static_cast<std::size_t>(e)]).empty();
   }
   shot->frame = description.frame;
   shot->camera = Camera(description.camera, description.frame, centre);

@@ -67,7 +67,7 @@ GatesInView::GatesInView(const Edits& edits, const Camera& camera, const PixelFi
     Blocks& of_side = blocks_[index(side)];
     std::vector<Shown> gates;
     for (int e = 0; e < edits.size(); ++e) {
-      if (edits[e].side != side || !contains(edits.takers(side), e)) continue;
+      if (edits[e].side != side || !contains(edits.could_take(side), e)) continue;
       if (side == Side::View) show({e, QuadId::entry}, gates);
       for (std::size_t x = 0; side == Side::Light && x < edits[e].exits.size(); ++x)
         show({e, static_cast<int>(x)}, gates);

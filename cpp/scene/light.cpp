@@ -29,6 +29,16 @@ bool is_delta(const Light& light) noexcept {
   return std::visit([](const auto& kind) { return kinds::is_delta(kind); }, light.kind);
 }
 
+std::optional<V3f> common_direction(const Light& light) noexcept {
+  const auto visit = [](const auto& kind) -> std::optional<V3f> {
+    if constexpr (kinds::Infinite<std::decay_t<decltype(kind)>>)
+      return kinds::common_direction(kind);
+    else
+      return {};
+  };
+  return std::visit(visit, light.kind);
+}
+
 bool is_too_near(const Light& light, float pdf) noexcept {
   return pdf > 0 && pdf < 1 / (2 * pi) && !is_infinite(light) && !is_delta(light);
 }

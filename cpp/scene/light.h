@@ -90,6 +90,9 @@ struct Light {
 // true point, parallel sun: only sample_direct finds it
 [[nodiscard]] bool is_delta(const Light& light) noexcept;
 
+// The direction that all of its light travels in, if there is one (a sun's, whatever the width of its disc).
+[[nodiscard]] std::optional<V3f> common_direction(const Light& light) noexcept;
+
 // ---- light seen from a point
 
 // A direction from a point to a light. Unshadowed: times Scene::transmittance of a ray of length `distance`,

@@ -86,6 +86,11 @@ struct LampCrossing {
 [[nodiscard]] float irradiance_bound(const Sun&, float strength, const V3f& normal) noexcept;
 [[nodiscard]] float irradiance_bound(const World&, float strength, const V3f& normal) noexcept;
 
+// The direction that all light of an infinite kind travels in, but for the width of a disc; empty: it comes
+// from all sides.
+[[nodiscard]] inline std::optional<V3f> common_direction(const Sun& sun) noexcept { return -sun.to_sun; }
+[[nodiscard]] inline std::optional<V3f> common_direction(const World&) noexcept { return {}; }
+
 // light from infinity: light_infinite.cpp. Directions to the light.
 [[nodiscard]] std::optional<EmissionDirection> sample_towards(const Sun&, const V2f& u) noexcept;
 [[nodiscard]] float pdf_towards(const Sun&, const V3f& to_light) noexcept;

@@ -9,9 +9,10 @@
 // Delta shapes (is_delta) have eval and pdf 0; their sample has the whole weight and pdf 1.
 //
 // Each shape says three things about itself, from which the rest follows:
-//   sampling  by the cosine (then pdf_shape, sample_shape, is_delta, angular_width need no overload), or its
-//   own side      on which light leaves; one that refracts has a member `eta`, far side / near side response
-//   uniform: f is the same for all pairs of directions, so the albedo knows no direction; broad or
+//   sampling  by the cosine, so that pdf_shape, sample_shape, is_delta and angular_width need no overload; or
+//             its own
+//   side      on which light leaves; one that refracts has a member `eta`, far side / near side
+//   response  uniform: f is the same for all pairs of directions, so the albedo knows no direction; broad or
 //             peaked otherwise; a peaked one may have a tangent, which turns its frame
 // A shape that forgets one of them, or an overload, does not compile (tests/python/test_closed_sets.py).
 #pragma once

@@ -3,7 +3,7 @@
 
 #include "edit/edits.h"
 #include "shading/material.h"
-#include "transport/photons/photon.h"
+#include "transport/arrival.h"
 
 namespace sluice {
 namespace {
@@ -18,7 +18,7 @@ EventMask lobes_in_scene(const Scene& scene) {
 
 bool has_light_exits(const Edits& edits) {
   for (int e = 0; e < edits.size(); ++e)
-    if (edits[e].side == Side::Light && contains(edits.takers(Side::Light), e) &&
+    if (edits[e].side == Side::Light && contains(edits.could_take(Side::Light), e) &&
         (!edits[e].exits.empty() || edits[e].is_partial))
       return true;
   return false;
@@ -47,14 +47,14 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
          !seen ? dark : "no enabled light edit that light can match has an exit");
   decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1,
          "surfaces light each other", !seen ? dark : "max_depth leaves room for one bounce only");
-  effects.light_edits = !is_empty(scene.edits().takers(Side::Light));
-  effects.view_edits = !is_empty(scene.edits().takers(Side::View));
+  effects.light_edits = !is_empty(scene.edits().could_take(Side::Light));
+  effects.view_edits = !is_empty(scene.edits().could_take(Side::View));
   effects.layers = !scene.edits().layers().empty();
-  effects.words = effects.light_edits || effects.view_edits || effects.layers;
+  effects.tracks_states = effects.light_edits || effects.view_edits || effects.layers;
 
-  if (effects.caustics) effects.close_arrivals |= caustic_arrivals;
-  if (effects.edited) effects.close_arrivals |= edited_arrivals;
-  effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.close_arrivals;
+  if (effects.caustics) effects.arrivals_at_v |= caustic_arrivals;
+  if (effects.edited) effects.arrivals_at_v |= edited_arrivals;
+  effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.arrivals_at_v;
   effects.reasons.push_back(
       {"photons", effects.photons(),
        effects.photons() ? "an effect above reads them" : "no effect above reads them"});

@@ -14,12 +14,13 @@ namespace sluice {
 struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
   bool light_edits = false, view_edits = false;
-  bool layers = false;  // images of whole paths beside the picture
-  bool words = false;   // one of these three asks what happened to light: else nobody keeps it
-  // bit set of Arrival: photons that some estimator reads; direct ones only near their light (light_path.cpp)
+  bool layers = false;         // images of whole paths beside the picture
+  bool tracks_states = false;  // one of these three asks what happened to light: else nobody keeps it
+  // Bit set of Arrival: photons that some estimator reads; direct ones only of lights that are near or hidden
+  // (light_tracer.cpp).
   unsigned stored_arrivals = 0;
   // of those, the ones read at the view path's own vertex: caustics, edited light
-  unsigned close_arrivals = 0;
+  unsigned arrivals_at_v = 0;
 
   [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
 

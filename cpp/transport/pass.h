@@ -7,8 +7,6 @@
 #include "base/random.h"
 #include "transport/effects.h"
 #include "transport/guide.h"
-#include "transport/photons/photon_map.h"
-#include "transport/photons/photon_states.h"
 #include "transport/settings.h"
 
 namespace sluice {
@@ -25,14 +23,6 @@ enum class PilotPurpose : std::uint64_t { View, Entries, Photons, Arrivals, Ligh
                                           std::uint64_t a = 0) noexcept {
   return key_of(seed, Purpose::Pilot, static_cast<std::uint64_t>(purpose), a);
 }
-
-// The photons of a pass, sorted.
-struct PhotonSet {
-  PhotonMap all;  // every stored photon: what a gather segment's end reads
-  // caustics and edited light, which the view path's own vertex reads, each photon by its own reach
-  PhotonMap close;
-  const PhotonStates* states = nullptr;  // of their q; of the PhotonPass that made them
-};
 
 // All that a pass reads; immutable while one of its halves runs.
 struct PassContext {

@@ -225,7 +225,7 @@ struct Noise {
 double power_of(const Scene& scene, const Light& light) {
   if (!is_infinite(light)) return light.power;
   const double disk = std::numbers::pi * square(scene.extent() / 2);
-  return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);
+  return light.strength * disk * (common_direction(light) ? 1 : 4);
 }
 
 Noise noise_at(const Scene& scene, const V3d& from, const V3f& normal) {

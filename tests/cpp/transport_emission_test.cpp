@@ -6,7 +6,7 @@
 #include "transport/guide/targets.h"
 #include "transport/photons/emission.h"
 #include "transport/photons/photon_pass.h"
-#include "transport/view_pass.h"
+#include "transport/view/view_pass.h"
 
 namespace sluice {
 namespace {

@@ -6,7 +6,7 @@
 #include "transport/guide/light_probing.h"
 #include "transport/guide/pilot.h"
 #include "transport/photons/photon_pass.h"
-#include "transport/view_pass.h"
+#include "transport/view/view_pass.h"
 
 namespace sluice {
 namespace {

@@ -90,14 +90,14 @@ struct Walker {
   unsigned used = 0;
   int gates = 0;
   JoinOutcome outcome = JoinOutcome::Joined;
-  int taker = -1;
+  int refused_by = -1;
 
   void walk(const Words& words, int step) {
     if (outcome != JoinOutcome::Joined) return;
     const int edit = edit_of(step);
     const auto takes = [&] { return words.takes(edit, word) && (edit == Repeats || !(used & (1u << edit))); };
     if (step >= PassOnce) {
-      if (takes()) outcome = JoinOutcome::Refused, taker = edit;
+      if (takes()) outcome = JoinOutcome::Refused, refused_by = edit;
       return;
     }
     if (is_gate(step)) {
@@ -118,7 +118,7 @@ struct PathSelectionTest : testing::Test {
   const StateId lit = selection.states().next(StateTable::light_start, edits.event_class(Event::L, Lamp));
 
   static const Effects& with(Effects& effects) {
-    effects.light_edits = effects.view_edits = effects.layers = effects.words = true;
+    effects.light_edits = effects.view_edits = effects.layers = effects.tracks_states = true;
     return effects;
   }
   [[nodiscard]] EventClass event_of(int step) const {
@@ -173,12 +173,12 @@ TEST_F(PathSelectionTest, EveryCutSaysWhatLightDoesThatWalksForward) {
       const JoinResult joined = selection.join(q, list[cut]);
       ++count[static_cast<int>(joined.outcome)];
       const bool arrives = whole.outcome == JoinOutcome::Joined;
-      bool is_right = joined.outcome == whole.outcome && joined.taker == whole.taker &&
+      bool is_right = joined.outcome == whole.outcome && joined.refused_by == whole.refused_by &&
                       joined.images == (arrives ? words.images(whole.word) : 0);
       if (arrives) {
         unsigned takers = 0;
-        if (selection.has_takers(joined.q))
-          for (const std::uint32_t edit : selection.takers(joined.q)) takers |= 1u << edit;
+        if (selection.has_acted_edits(joined.q))
+          for (const std::uint32_t edit : selection.acted_edits(joined.q)) takers |= 1u << edit;
         is_right = is_right && takers == whole.used && selection.states().gates(joined.q) == whole.gates;
       }
       if (!is_right && ++wrong <= 3)
@@ -240,7 +240,7 @@ TEST_F(PathSelectionTest, PhotonsAreToldWhatTheirStateIs) {
           EXPECT_EQ(of_photon.images, of_state.images);
           EXPECT_EQ(of_photon.q, of_state.q);
           EXPECT_EQ(of_photon.outcome, of_state.outcome);
-          EXPECT_EQ(of_photon.taker, of_state.taker);
+          EXPECT_EQ(of_photon.refused_by, of_state.refused_by);
         }
   }
 }

@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 MAX_FILE_LINES = 450  # at 110 columns in C++
+MAX_COLUMNS = 110
 MAX_FUNCTION_LINES = 60
 MAX_PARAMETERS = 6
 SIGNED_BY_BLENDER = {"draw_item"}  # callbacks whose parameters are not ours to choose
@@ -29,6 +30,10 @@ MAY_USE = {
     "render": {"base", "expr", "edit", "shading", "scene", "transport"},
     "bindings": {"base", "expr", "edit", "shading", "scene", "transport", "render"},
 }
+
+
+# The same within transport: what both sides share <- photons <- view <- guide
+TRANSPORT = {"": {""}, "photons": {"", "photons"}, "view": {"", "photons", "view"}, "guide": {"", "photons", "view", "guide"}}
 
 
 # --- reading ------------------------------------------------------------------------------------------------------------------------
@@ -85,6 +90,23 @@ def wrong_arrows(root):
                 elif target in MAY_USE and not (root / "cpp" / name).exists() and not (root / name).exists():
                     complaints.append(where + " does not exist")
     return complaints
+
+
+def wrong_folders(root):
+    """Folders of transport that use what is not theirs to use."""
+    complaints = []
+    for path in cpp_files(root, "cpp/transport"):
+        folder = "/".join(path.relative_to(root / "cpp/transport").parts[:-1])
+        for line, name in includes(path):
+            if name.startswith("transport/") and "/".join(name.split("/")[1:-1]) not in TRANSPORT[folder]:
+                complaints.append(f"{path.relative_to(root)}:{line}: {name}")
+    return complaints
+
+
+def wide_comments(root):
+    """Lines of C++ beyond the limit of .clang-format, which wraps code and leaves comments alone."""
+    return [f"{p.relative_to(root)}:{number}: {len(line)} columns" for p in cpp_files(root)
+            for number, line in enumerate(p.read_text().splitlines(), 1) if len(line) > MAX_COLUMNS]
 
 
 def wrong_targets(dot):
@@ -227,6 +249,8 @@ def left_over_marks(root):
 SPDX = "// SPDX-License-Identifier: GPL-3.0-or-later\n"
 BAD = {
     wrong_arrows: ("cpp/edit/a.cpp", '#include "scene/scene.h"\n'),
+    wrong_folders: ("cpp/transport/photons/a.cpp", '#include "transport/view/sample.h"\n'),
+    wide_comments: ("cpp/base/a.h", "// " + "a " * MAX_COLUMNS + "\n"),
     embree_elsewhere: ("cpp/transport/a.cpp", "#include <embree4/rtcore.h>\n"),
     image_library_elsewhere: ("cpp/shading/a.cpp", "#include <OpenImageIO/imageio.h>\n"),
     python_in_core: ("cpp/render/a.cpp", "#include <pybind11/pybind11.h>\n"),

@@ -94,7 +94,7 @@ class Worth {
 // tell nothing of it.
 std::optional<V2f> start_of(const Scene& scene, const EmissionGuide& first, const PilotPath& path) {
   const Light& light = scene.lights()[static_cast<std::size_t>(path.light)];
-  if (std::holds_alternative<World>(light.kind)) return {};
+  if (is_infinite(light) && !common_direction(light)) return {};
   if (!is_infinite(light)) return uv_of_direction(path.direction);
   const V2f uv = SunPlane(first.aimed, sun_axis(scene, path.light)).uv(path.origin, path.direction);
   return uv.x >= 0 && uv.x < 1 && uv.y >= 0 && uv.y < 1 ? std::optional(uv) : std::nullopt;
@@ -117,7 +117,7 @@ std::vector<LightContribution> contributions_of(const PilotContext& context, con
         if (!worth.is_seen(c, i)) continue;
         const double of_photon = worth(c, i, flux);
         light.seen += flux, of_path += of_photon;
-        if (close_arrivals & bit_of(photon.arrival)) close += of_photon;
+        if (arrivals_at_v & bit_of(photon.arrival)) close += of_photon;
       }
       if (!(of_path > 0)) continue;
       light.worth += of_path;

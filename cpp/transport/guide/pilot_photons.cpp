@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "transport/pass.h"
-#include "transport/photons/light_path.h"
+#include "transport/photons/light_tracer.h"
 
 namespace sluice {
 namespace {

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "base/threads.h"
+#include "transport/photons/photon_set.h"
 #include "transport/pass.h"
 
 namespace sluice {

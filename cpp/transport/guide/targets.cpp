@@ -8,7 +8,7 @@
 #include "shading/material.h"
 #include "transport/pass.h"
 #include "transport/photons/emission.h"
-#include "transport/photons/light_path.h"
+#include "transport/photons/light_tracer.h"
 
 namespace sluice {
 namespace {
@@ -114,7 +114,7 @@ std::vector<Target> entries_that_take_light(const PilotContext& context, std::sp
   if (!context.effects.light_edits) return found;
   std::vector<int> tried;
   for (int e = 0; e < edits.size(); ++e)
-    if (contains(edits.takers(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial))
+    if (contains(edits.could_take(Side::Light), e) && (!edits[e].exits.empty() || edits[e].is_partial))
       tried.push_back(e);
   std::vector<LightTracer<>> tracers;
   for (int t = 0; t < context.pool.size(); ++t)
@@ -143,8 +143,8 @@ FarEntries find_far_entries(const Scene& scene) {
         std::ranges::none_of(corners, is_outside))
       continue;
     for (const int light : scene.infinite_lights()) {
-      if (!contains(edits.takers_after(Side::Light, edits.event_class(Event::L, scene.light_entity(light))),
-                    e))
+      if (!contains(
+              edits.could_take_after(Side::Light, edits.event_class(Event::L, scene.light_entity(light))), e))
         continue;
       far.is_for[static_cast<std::size_t>(light)] = 1;
       for (const V3d& corner : corners) bounds.add(corner);
@@ -157,7 +157,7 @@ FarEntries find_far_entries(const Scene& scene) {
 double flux_into(const Light& light, const Target& sphere) noexcept {
   const double disk = std::numbers::pi * square(static_cast<double>(sphere.radius));
   // a world's on all sides
-  if (is_infinite(light)) return light.strength * disk * (std::holds_alternative<Sun>(light.kind) ? 1 : 4);
+  if (is_infinite(light)) return light.strength * disk * (common_direction(light) ? 1 : 4);
   // from the light's middle, around all that any of its points can see of the sphere
   const double one_minus_cos = one_minus_cos_of_sphere(static_cast<double>(sphere.radius) + light.reach,
                                                        (sphere.centre - light.middle).length2());

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "transport/photons/light_path.h"
+#include "transport/photons/light_tracer.h"
 
 namespace sluice {
 

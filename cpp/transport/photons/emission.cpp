@@ -56,7 +56,8 @@ std::optional<EmittedPhoton> emit_infinite(const Scene& scene, const EmissionGui
   // asks the whole line for them.
   const V3d origin = through - V3d(d) * ((through - all.centre).dot(V3d(d)) + 2 * all.radius);
 
-  // Of the line, on the plane across it. The disk that was chosen counts whatever rounding says.
+  // The density with which this line is chosen, per area of the plane across it. The line passes through the
+  // disk that it was chosen by even where rounding says that it does not.
   const auto by_disk = [&](const Target& disk, bool is_chosen, float share) {
     return is_chosen || passes_through(disk, origin, d) ? share / (pi * square(disk.radius)) : 0.0f;
   };
@@ -119,8 +120,7 @@ std::optional<EmittedPhoton> emit_finite(const Scene& scene, const EmissionGuide
 Target whole_scene(const Scene& scene) noexcept { return sphere_around(scene.geometry_bounds()); }
 
 V3f sun_axis(const Scene& scene, int light) noexcept {
-  const Sun* sun = std::get_if<Sun>(&scene.lights()[static_cast<std::size_t>(light)].kind);
-  return sun ? -sun->to_sun : V3f(0, 0, -1);
+  return common_direction(scene.lights()[static_cast<std::size_t>(light)]).value_or(V3f(0, 0, -1));
 }
 
 std::optional<EmittedPhoton> emit_photon(const Scene& scene, const EmissionGuide& guide,

@@ -17,7 +17,7 @@ PhotonPass::PhotonPass(const Scene& scene, const TransportSettings& settings, co
                        int threads) {
   tracers_.reserve(static_cast<std::size_t>(threads));
   for (int t = 0; t < threads; ++t)
-    tracers_.emplace_back(scene, settings, effects, threads, effects.words ? &states_ : nullptr);
+    tracers_.emplace_back(scene, settings, effects, threads, effects.tracks_states ? &states_ : nullptr);
 }
 
 bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::atomic<bool>& cancel,
@@ -52,11 +52,11 @@ bool PhotonPass::run(const PassContext& context, ThreadPool& pool, const std::at
 
   photons.states = &states_;
   const float shrink = radius_scale(context.pass);
-  photons.all.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0,
-                    2 * context.guide.radius * shrink, pool, cancel);
+  photons.at_y.build(chunks_, context.effects.indirect ? context.effects.stored_arrivals : 0,
+                     2 * context.guide.radius * shrink, pool, cancel);
   const DiskBounds bounds(context.scene.camera(), context.scene.frame(), context.settings);
   const DiskReach reach_of(bounds, context.guide.sharp_disks, context.guide.soft_disks, shrink);
-  photons.close.build_by_reach(chunks_, context.effects.close_arrivals, reach_of, pool, cancel);
+  photons.at_v.build_by_reach(chunks_, context.effects.arrivals_at_v, reach_of, pool, cancel);
   return !cancel;
 }
 

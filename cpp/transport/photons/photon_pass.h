@@ -6,7 +6,8 @@
 
 #include "base/threads.h"
 #include "transport/pass.h"
-#include "transport/photons/light_path.h"
+#include "transport/photons/photon_set.h"
+#include "transport/photons/light_tracer.h"
 
 namespace sluice {
 

@@ -134,7 +134,7 @@ std::optional<DirectLight::Unblocked> DirectLight::unblocked(const Vertex& verte
     if (!left || is_black(*left)) return {};
     way.left = *left;
   }
-  if (!effects_.words) return way;
+  if (!effects_.tracks_states) return way;
   StateTable& states = selection_.states();
   way.q = states.next(StateTable::light_start, light_class(scene_, light));
   if (way.q == StateTable::dead && effects_.light_edits) {

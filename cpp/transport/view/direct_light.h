@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "transport/view/entry_takers.h"
+#include "transport/view/possible_takers.h"
 #include "transport/view/sinks.h"
 #include "transport/view/view_context.h"
 

@@ -7,7 +7,7 @@
 
 namespace sluice {
 
-bool GateWalk::can_leave(Sample& sample, ViewPath& path) {
+bool GateWalk::leave_exit(Sample& sample, ViewPath& path) {
   if (path.state == StateTable::dead) {
     ++sums_.counts.states_capped;
     return false;
@@ -22,8 +22,8 @@ bool GateWalk::can_leave(Sample& sample, ViewPath& path) {
 
 SegmentEnd GateWalk::leave_own_entry(Sample& sample, ViewPath& path) {
   const Edits& edits = scene_.edits();
-  edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin, edits.takers(Side::Light),
-                     crossings_);
+  edits.crossings_at(Side::Light, edits[path.own_entry].entry.group, path.origin,
+                     edits.could_take(Side::Light), crossings_);
   return cross_plane(sample, path, crossings_);
 }
 
@@ -55,7 +55,7 @@ bool GateWalk::meets_exit(const Sample& sample, const ViewPath& path, const Segm
   if (path.is_camera)
     if (const auto few = gates_in_view_.listed(Side::Light, sample.asked.x, sample.asked.y))
       return std::ranges::any_of(*few, [&](const QuadId& id) { return edits.is_crossed(id, segment); });
-  return edits.any_exit_crossed(Side::Light, segment, edits.takers(Side::Light));
+  return edits.any_exit_crossed(Side::Light, segment, edits.could_take(Side::Light));
 }
 
 // Entries and exits of light edits at one point of one plane. Pushes the ways light may have come out of a

@@ -10,7 +10,7 @@
 
 #include "scene/gates_in_view.h"
 #include "transport/view/branch_stack.h"
-#include "transport/view/entry_takers.h"
+#include "transport/view/possible_takers.h"
 #include "transport/view/path_selection.h"
 #include "transport/view/sample_sums.h"
 #include "transport/view/view_context.h"
@@ -33,7 +33,7 @@ class GateWalk {
 
   // False: the path does not go on from here. There is no state left for it, or a view edit's entry in the
   // plane of the exit where it starts takes it.
-  [[nodiscard]] bool can_leave(Sample& sample, ViewPath& path);
+  [[nodiscard]] bool leave_exit(Sample& sample, ViewPath& path);
 
   // At the start of a segment behind a gate of a light edit: the other gates in the plane of its entry.
   [[nodiscard]] SegmentEnd leave_own_entry(Sample& sample, ViewPath& path);
@@ -49,7 +49,7 @@ class GateWalk {
     Segment segment{path.origin, V3d(path.direction), 0, t_end, path.excluded_group};
     const std::optional<Crossing> capture = queries.view_entries ? find_capture(path, segment) : std::nullopt;
     if (effects_.light_edits && (capture || meets_light_gate(sample, path, queries, segment, sources))) {
-      edits.crossings(Side::Light, segment, edits.takers(Side::Light), crossings_);
+      edits.crossings(Side::Light, segment, edits.could_take(Side::Light), crossings_);
       for (std::size_t i = 0; i < crossings_.size();) {
         const std::span plane = plane_at(i);
         on_stretch(plane.front().t);
@@ -113,7 +113,7 @@ class GateWalk {
   BranchStack& branches_;
   // Scratch memory.
   std::vector<Crossing> crossings_;
-  EntryTakers takers_;
+  PossibleTakers takers_;
 };
 
 }  // namespace sluice

@@ -24,7 +24,8 @@ struct ByArrival {
     sums.add(is_edited(arrival) ? Part::Edited : Part::Caustics, sample, path, radiance, joined);
   }
   void note_state(StateId) const noexcept {}
-  // What is summed without being handed over met no gate.
+  // `more` was summed without being handed over; FlatSum leaves out photons that met a gate, so it is no
+  // edited light.
   void finish(const Color& more) const noexcept {
     sums.add(Part::Caustics, sample, path, caustics + more, {picture});
     sums.add(Part::Edited, sample, path, edited, {picture});
@@ -33,8 +34,8 @@ struct ByArrival {
 
 }  // namespace
 
-void Gather::add_caustics(const Sample& sample, const ViewPath& path, const Vertex& v) {
-  const PhotonMap& map = context_.photons->close;
+void Gather::add_photons_at_v(const Sample& sample, const ViewPath& path, const Vertex& v) {
+  const PhotonMap& map = context_.photons->at_v;
   if (map.size() == 0 || !(v.bsdf.events() & gathering)) return;
   const Reaches reaches = disk_bounds_.around(V3f(v.hit.position), context_.radius_scale);
   const int events_left = context_.settings.max_depth - path.depth - 1;

@@ -28,7 +28,7 @@ class Gather {
         lamps_(most_lamp_hits(context.scene)) {}
 
   // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
-  void add_caustics(const Sample& sample, const ViewPath& path, const Vertex& v);
+  void add_photons_at_v(const Sample& sample, const ViewPath& path, const Vertex& v);
 
   // All gather segments of a v that shares nothing.
   void gather_alone(Sample& sample, const ViewPath& path, const Vertex& v);
@@ -72,7 +72,7 @@ class Gather {
   // Scratch memory.
   std::vector<LampHit> lamps_;  // of one segment; room for all there are
   std::vector<Crossing> crossings_;
-  EntryTakers takers_;
+  PossibleTakers takers_;
   GatherSegment segment_;  // that shares nothing
 };
 
@@ -142,7 +142,7 @@ void Gather::collect_light(const ViewPath& path, const GatherSegment& segment, c
     for (const LobeGroup& group : lobe_groups(selection_, scene_, lobe.constraint, y, lobe.images)) {
       const bool sums = path.hue < 0 && (group.images & picture);
       const bool asks_states = Sink::is_shared && effects_.light_edits;
-      add_photons(context_.photons->all, radius, {y, segment.length, group, sums, asks_states, events_left},
+      add_photons(context_.photons->at_y, radius, {y, segment.length, group, sums, asks_states, events_left},
                   ThroughLobe<Sink>{sink, lobe});
     }
   }

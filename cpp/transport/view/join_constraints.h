@@ -57,7 +57,7 @@ class JoinConstraints {
   struct AtEye {
     StateId q;
     JoinOutcome outcome;
-    int taker = -1;  // refused as this edit's entry took it on the way
+    int refused_by = -1;  // refused as this edit's entry took it on the way
   };
   // Runs light in state q, which arrives at the list's far end, forward to the eye.
   [[nodiscard]] AtEye arrive(StateTable& states, StateId q, ConstraintId id) const noexcept {

@@ -34,7 +34,7 @@ LobeThroughputs lobe_throughputs(PathSelection& selection, const Scene& scene, c
                                  const Vertex& v, const BsdfSample& direction) {
   const Effects& effects = selection.effects();
   const auto at = [&](Event e) {
-    return effects.words ? constraint_at(selection, scene, path.constraint, v, e) : path.constraint;
+    return effects.tracks_states ? constraint_at(selection, scene, path.constraint, v, e) : path.constraint;
   };
   const auto weight_of = [&](EventMask lobes) {
     return eval(v.bsdf, v.point.wo, direction.wi, lobes) / direction.pdf;

@@ -15,11 +15,11 @@ void PathSelection::start_pass(const PhotonStates* photon_states) {
 }
 
 JoinResult PathSelection::join(StateId q, ConstraintId id) noexcept {
-  const auto [at_eye, outcome, taker] = constraints_.arrive(states_, q, id);
+  const auto [at_eye, outcome, refused_by] = constraints_.arrive(states_, q, id);
   // lost to the layers alone
   if (outcome == JoinOutcome::StatesCapped && !constraints_.is_constrained(id))
     return {picture, at_eye, outcome};
-  if (outcome != JoinOutcome::Joined) return {0, at_eye, outcome, taker};
+  if (outcome != JoinOutcome::Joined) return {0, at_eye, outcome, refused_by};
   if (!effects_.layers) return {picture, at_eye};
   const StateId whole = states_.next(at_eye, edits_.event_class(Event::E, -1));
   return {states_.images(whole), at_eye, whole == StateTable::dead ? JoinOutcome::StatesCapped : outcome};

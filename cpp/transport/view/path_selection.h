@@ -16,7 +16,7 @@ struct JoinResult {
   ImageSet images = 0;           // that the whole path is part of; none: it does not exist
   StateId q = StateTable::dead;  // at the eye: which edits took the light, if any did
   JoinOutcome outcome = JoinOutcome::Joined;
-  int taker = -1;  // the edit whose entry kept it from the eye
+  int refused_by = -1;  // the edit whose entry kept it from the eye
 };
 
 class PathSelection {
@@ -55,10 +55,12 @@ class PathSelection {
   [[nodiscard]] StateId state_of_photon(std::uint32_t q) const noexcept { return state_of_photon_[q]; }
 
   // Did some edit take light in state q on its way? Which?
-  [[nodiscard]] bool has_takers(StateId q) const noexcept {
+  [[nodiscard]] bool has_acted_edits(StateId q) const noexcept {
     return q != StateTable::dead && states_.gates(q) > 0;
   }
-  [[nodiscard]] std::span<const std::uint32_t> takers(StateId q) const noexcept { return states_.used(q); }
+  [[nodiscard]] std::span<const std::uint32_t> acted_edits(StateId q) const noexcept {
+    return states_.used(q);
+  }
 
  private:
   static constexpr ConstraintId no_memo = -2;

@@ -76,7 +76,8 @@ void SampleSums::add(Part part, std::size_t sample, const OutgoingRadiance& ligh
 void SampleSums::credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept {
   if (!is_finite(radiance)) return;
   const float shown = luminance(radiance) * sample.asked.share;
-  for (const std::uint32_t edit : selection_.takers(q)) counts.of_edit(static_cast<int>(edit)).shown += shown;
+  for (const std::uint32_t edit : selection_.acted_edits(q))
+    counts.of_edit(static_cast<int>(edit)).shown += shown;
 }
 
 void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined) {
@@ -86,14 +87,14 @@ void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResu
 }
 
 void SampleSums::credit(OutgoingRadiance& to, const Color& radiance, StateId q) const {
-  if (!selection_.has_takers(q) || !is_finite(radiance)) return;
-  for (const std::uint32_t edit : selection_.takers(q)) to.credit(edit, radiance);
+  if (!selection_.has_acted_edits(q) || !is_finite(radiance)) return;
+  for (const std::uint32_t edit : selection_.acted_edits(q)) to.credit(edit, radiance);
 }
 
 void SampleSums::count_lost(const JoinResult& joined) noexcept {
   if (joined.outcome == JoinOutcome::GatesCapped) ++counts.gates_capped;
   if (joined.outcome == JoinOutcome::StatesCapped) ++counts.states_capped;
-  if (joined.taker >= 0) counts.of_edit(joined.taker).kept = true;
+  if (joined.refused_by >= 0) counts.of_edit(joined.refused_by).kept = true;
 }
 
 }  // namespace sluice

@@ -22,7 +22,9 @@ class SampleSums {
       : scene_(scene), settings_(settings), selection_(selection) {}
 
   Counts counts;
-  HueGates hue_gates;  // of the sample that is followed
+  // Of the sample that is followed; gone when shared gather points are evaluated, which is why only paths
+  // without gates share.
+  HueGates hue_gates;
 
   [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return sums_[index].sample; }
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept {
@@ -50,7 +52,7 @@ class SampleSums {
   void add(Part part, std::size_t sample, const OutgoingRadiance& light, const Color& factor) noexcept;
   // Radiance at the eye, added elsewhere, counts for the edits that took it.
   void credit(const Sample& sample, StateId q, const Color& radiance) noexcept {
-    if (selection_.has_takers(q)) credit_takers(sample, q, radiance);
+    if (selection_.has_acted_edits(q)) credit_takers(sample, q, radiance);
   }
   // Both for radiance that leaves such a point.
   void add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined);

@@ -20,19 +20,14 @@ float min_width(const Material& material, const Vertex& y) noexcept {
   for (int i = 0; i < y.bsdf.count; ++i) {
     const Lobe& lobe = y.bsdf.lobes[static_cast<std::size_t>(i)];
     if (!(mask_of(lobe.event) & gathering)) continue;
-    if (const auto* reflection = std::get_if<Reflection>(&lobe.shape))
-      width = std::min({width, reflection->alpha.x, reflection->alpha.y});
-    else if (const auto* refraction = std::get_if<Refraction>(&lobe.shape))
-      width = std::min(width, refraction->alpha);
-    else if (!std::holds_alternative<Lambert>(lobe.shape) && !std::holds_alternative<Translucent>(lobe.shape))
-      width = std::min(width, 1.0f);
+    width = std::min(width, std::visit([](const auto& shape) { return angular_width(shape); }, lobe.shape));
   }
   return width;
 }
 
 }  // namespace
 
-bool SharedGather::take_part(const Sample& sample, const ViewPath& path) noexcept {
+bool SharedGather::accept_candidate(const Sample& sample, const ViewPath& path) noexcept {
   SharingVertex& vertex = vertices_[count_];
   const EventMask kinds = vertex.v.bsdf.events() & gathering;
   if (bundle_.size() == 1 || path.gates > 0 || !context_.effects.indirect || !kinds || count_ == max_sharing)

@@ -31,7 +31,7 @@ class SharedGather {
   [[nodiscard]] Vertex& candidate() noexcept { return vertices_[count_].v; }
   // May the light of the path's vertex, the candidate, come from gather segments of the whole bundle? Then it
   // takes part from now on.
-  [[nodiscard]] bool take_part(const Sample& sample, const ViewPath& path) noexcept;
+  [[nodiscard]] bool accept_candidate(const Sample& sample, const ViewPath& path) noexcept;
 
   // All segments, when all are known that may see what they find.
   void gather();

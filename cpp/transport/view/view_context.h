@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All that the parts of a ViewTracer read. The last three are those of the pass.
 #pragma once
+#include "transport/photons/photon_set.h"
 #include "transport/pass.h"
 
 namespace sluice {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A path from the eye towards the light, as it is while one branch of a view sample is followed. The light
-// side's path is in light_path.h.
+// side's path is in light_tracer.h.
 #pragma once
 #include <limits>
 

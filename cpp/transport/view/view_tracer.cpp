@@ -63,20 +63,20 @@ void ViewTracer::follow(Sample& sample, ViewPath& path) {
   }
 }
 
-// Light that the gathering lobes of v send towards the eye.
+// Light that v sends towards the eye: direct light by all lobes but exact ones, the rest by D and G.
 void ViewTracer::collect_light(Sample& sample, const ViewPath& path, const Vertex& v) {
-  const bool shares = shared_.take_part(sample, path);
+  const bool shares = shared_.accept_candidate(sample, path);
   const GatherSegments& segments = sample.asked.segments;
   const float mean_segments = shares ? segments.mean : static_cast<float>(segments.alone());
   if (context_.effects.direct) direct_.next_event_at_v(sample, path, v, mean_segments);
-  gather_.add_caustics(sample, path, v);
+  gather_.add_photons_at_v(sample, path, v);
   if (!shares) gather_.gather_alone(sample, path, v);
 }
 
 // On to the next surface, through gates and what is transparent, collecting emission on the way. False: the
 // path is over, or its branches go on.
 bool ViewTracer::next_surface(Sample& sample, ViewPath& path, Vertex& vertex) {
-  if (context_.effects.view_edits && !gates_.can_leave(sample, path)) return false;
+  if (context_.effects.view_edits && !gates_.leave_exit(sample, path)) return false;
   const Scene& scene = context_.scene;
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     if (path.own_entry >= 0) {
@@ -172,7 +172,8 @@ void ViewTracer::scatter(ViewPath& path, const Vertex& vertex, const BsdfSample&
   path.is_camera = false;
   const Scene& scene = context_.scene;
   const EventClass event = scene.event_class(Event::S, vertex.hit);
-  if (context_.effects.words) path.constraint = selection_.constraints().event(path.constraint, event);
+  if (context_.effects.tracks_states)
+    path.constraint = selection_.constraints().event(path.constraint, event);
   if (context_.effects.view_edits) path.state = selection_.states().next(path.state, event);
   path.signature = mix(path.signature, static_cast<std::uint64_t>(scene.entity(vertex.hit)) + 1);
   ++path.depth;

@@ -10,7 +10,7 @@
 // The terms are disjoint: each path of light is told by its last events before the eye (the table of design
 // §5). Edits hold on every segment: shadow and gather segments ask the light edits by the C rule
 // (path_selection.h), view segments take both continuations at an exit (straight on, and backward through it
-// to its entry), view edits capture the view path itself. The light side of the same rules is light_path.h.
+// to its entry), view edits capture the view path itself. The light side of the same rules is light_tracer.h.
 //
 // Each part has its own data, and calls go one way:
 //
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "transport/view/gate_walk.h"
+#include "transport/photons/photon_set.h"
 #include "transport/view/shared_gather.h"
 
 namespace sluice {

@@ -4,7 +4,8 @@
 #include "oracle/rules.h"
 #include "transport/guide/pilot.h"
 #include "transport/photons/photon_pass.h"
-#include "transport/view_pass.h"
+#include "transport/photons/photon_set.h"
+#include "transport/view/view_pass.h"
 
 namespace sluice::oracle {
 

@@ -28,7 +28,7 @@ struct SegmentSources {
          from.far->pass_chance > 0;
 }
 
-class EntryTakers {
+class PossibleTakers {
  public:
   // Edits that may take light whose last event was one of these lobes at the far end, or the emission of a
   // source. The set lives until the next call.

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/view/entry_takers.h"
+#include "transport/view/possible_takers.h"
 
 namespace sluice {
 
-EditSet EntryTakers::find(const Scene& scene, const SegmentSources& from, EventMask lobes) {
+EditSet PossibleTakers::find(const Scene& scene, const SegmentSources& from, EventMask lobes) {
   const Edits& edits = scene.edits();
   const Vertex* far = from.far;
-  if (far && far->pass_chance > 0) return edits.takers(Side::Light);  // what lies behind it is not known
+  if (far && far->pass_chance > 0) return edits.could_take(Side::Light);  // what lies behind it is not known
   EditSet all;
   const auto add = [&](EventClass last) {
-    const EditSet set = edits.takers_after(Side::Light, last);
+    const EditSet set = edits.could_take_after(Side::Light, last);
     if (set.empty() || all.empty() || set.data() == all.data()) return void(all = set.empty() ? all : set);
     if (all.data() != members_.data()) members_.assign(all.begin(), all.end()), all = members_;
     for (std::size_t i = 0; i < set.size(); ++i) members_[i] |= set[i];

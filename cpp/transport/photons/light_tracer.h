@@ -82,16 +82,16 @@ class alignas(64) LightTracer {  // threads write to theirs: no cache line is sh
   using Path = LightPath<typename Observer::Word>;
 
   // Does someone ask what happens to the paths?
-  [[nodiscard]] bool is_watched() const noexcept { return Observer::sees || effects_.words; }
+  [[nodiscard]] bool is_watched() const noexcept { return Observer::sees || effects_.tracks_states; }
   [[nodiscard]] bool next_vertex(Path& path, Vertex& vertex) noexcept;
   // about the segment
   [[nodiscard]] bool asks(const Path& path) const noexcept {
     return Observer::sees || !states_.takes_none(path.q);
   }
   // Apart from the rest, so that paths that nobody watches stay short.
-  [[nodiscard, gnu::noinline]] bool is_lost(const Path& path) noexcept;
-  [[nodiscard, gnu::noinline]] bool can_leave(Path& path) noexcept;
-  [[nodiscard, gnu::noinline]] bool is_taken(const Path& path, double t_end) noexcept;
+  [[nodiscard, gnu::noinline]] bool drop_if_dead(const Path& path) noexcept;
+  [[nodiscard, gnu::noinline]] bool leave_exit(Path& path) noexcept;
+  [[nodiscard, gnu::noinline]] bool meet_entries(const Path& path, double t_end) noexcept;
   void meet_light_edit(const Path& path, const Crossing& crossing) noexcept;
   struct Copy {
     std::optional<Passage> passage;  // empty: too grazing at the exit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/view_pass.h"
+#include "transport/view/view_pass.h"
 
 namespace sluice {
 namespace {
@@ -24,7 +24,7 @@ class PixelGroup {
                     static_cast<std::uint64_t>(x0))) {
     const FrameDescription& frame = context.scene.frame();
     for (int place = 0; place < static_cast<int>(bundle_size); ++place) {
-      // there and back: each next to the one before
+      // Rows are walked there and back, so that each pixel lies next to the one before.
       const int j = place / in_row, i = j % 2 == 0 ? place % in_row : in_row - 1 - place % in_row;
       const int x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
       if (x >= frame.width || y >= frame.height) continue;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/threads.h"
+#include "transport/photons/photon_set.h"
 #include "transport/view/view_tracer.h"
 
 namespace sluice {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "transport/photons/light_path.h"
+#include "transport/photons/light_tracer.h"
 
 #include "edit/hue.h"
 #include "transport/photons/arrival_recorder.h"
@@ -22,7 +22,7 @@ void LightTracer<Observer>::trace(const EmittedPhoton& photon, float scale, cons
              .clearance = photon.clearance,
              .flux = photon.flux * scale};
   if (photon.from_infinity) start.t_min = -std::numeric_limits<double>::infinity();
-  if (effects_.words)
+  if (effects_.tracks_states)
     start.q = states_.next(StateTable::light_start,
                            scene_.edits().event_class(Event::L, scene_.light_entity(light_)));
   start.word = observer.started(light_);
@@ -34,7 +34,7 @@ void LightTracer<Observer>::trace(const EmittedPhoton& photon, float scale, cons
   while (branch_count_ > 0) {
     Path path = branches_[--branch_count_];
     const BranchClock clock(counts, path.last_edit);
-    if (is_watched() && (path.at_edit >= 0 || path.q == StateTable::dead) && !can_leave(path)) [[unlikely]]
+    if (is_watched() && (path.at_edit >= 0 || path.q == StateTable::dead) && !leave_exit(path)) [[unlikely]]
       continue;
     while (next_vertex(path, vertex)) {
       store(path, vertex, out);
@@ -52,7 +52,7 @@ bool LightTracer<Observer>::next_vertex(Path& path, Vertex& vertex) noexcept {
         {path.origin, path.direction, std::numeric_limits<double>::infinity(), path.clearance});
     ++counts.rays;
     if (is_watched() && asks(path)) [[unlikely]]
-      if (is_taken(path, hit ? hit->t : std::numeric_limits<double>::infinity())) return false;
+      if (meet_entries(path, hit ? hit->t : std::numeric_limits<double>::infinity())) return false;
     if (!hit) {
       counts.ledger.escaped += luminance(path.flux);
       return false;
@@ -61,7 +61,8 @@ bool LightTracer<Observer>::next_vertex(Path& path, Vertex& vertex) noexcept {
     const float chance = vertex.pass_chance;
     if (chance == 0) return true;
     const double before = luminance(path.flux), straight = luminance(path.flux * vertex.bsdf.transparency);
-    // the vertex's lobes leave `straight` to this choice: scatter() will book it as absorbed
+    // scatter() books all that the lobes of this vertex do not scatter as absorbed, `straight` too, which
+    // this choice may still send on: so it is taken off that account here.
     if (chance < 1) {
       counts.ledger.absorbed -= straight;
       const bool stays = random() >= chance;
@@ -81,7 +82,7 @@ bool LightTracer<Observer>::next_vertex(Path& path, Vertex& vertex) noexcept {
 
 // No memory left for what must be remembered of it.
 template <class Observer>
-bool LightTracer<Observer>::is_lost(const Path& path) noexcept {
+bool LightTracer<Observer>::drop_if_dead(const Path& path) noexcept {
   if (path.q != StateTable::dead || !effects_.light_edits) return false;
   counts.ledger.capped += luminance(path.flux);
   ++counts.states_capped;
@@ -90,8 +91,8 @@ bool LightTracer<Observer>::is_lost(const Path& path) noexcept {
 
 // Where a branch starts: an entry in the plane of its exit may take it.
 template <class Observer>
-bool LightTracer<Observer>::can_leave(Path& path) noexcept {
-  if (is_lost(path)) return false;
+bool LightTracer<Observer>::leave_exit(Path& path) noexcept {
+  if (drop_if_dead(path)) return false;
   if (path.at_edit < 0) return true;
   const auto crossing =
       scene_.edits().first_taken_at_exit(states_, path.q, path.at_edit, path.at_exit, path.origin);
@@ -103,7 +104,7 @@ bool LightTracer<Observer>::can_leave(Path& path) noexcept {
 
 // Does an entry on the segment take it?
 template <class Observer>
-bool LightTracer<Observer>::is_taken(const Path& path, double t_end) noexcept {
+bool LightTracer<Observer>::meet_entries(const Path& path, double t_end) noexcept {
   const Segment segment{path.origin, V3d(path.direction), path.t_min, t_end, path.excluded_group};
   std::optional<Crossing> crossing;
   if (!states_.takes_none(path.q)) {
@@ -143,7 +144,8 @@ void LightTracer<Observer>::meet_light_edit(const Path& path, const Crossing& cr
   (gained > 0 ? counts.ledger.added : counts.ledger.removed) += std::abs(gained);
 }
 
-// A copy that cannot go on has the light that came in, in no other measure than its weight.
+// A copy that cannot go on counts as the light that came in times the weight of its exit, as its gain is not
+// known.
 template <class Observer>
 typename LightTracer<Observer>::Copy LightTracer<Observer>::copy_of(const Path& path,
                                                                     const Crossing& crossing, int exit,
@@ -290,7 +292,7 @@ bool LightTracer<Observer>::take_lobe(Path& path, const Vertex& vertex, int lobe
   if (is_watched()) {
     path.q = states_.next(path.q, scene_.event_class(path.last, vertex.hit));
     path.word = observer.scattered(path.word, path.last, vertex.hit);
-    if (path.q == StateTable::dead && is_lost(path)) [[unlikely]]
+    if (path.q == StateTable::dead && drop_if_dead(path)) [[unlikely]]
       return false;
   }
   path.origin = vertex.hit.position, path.clearance = vertex.hit.clearance, path.t_min = 0;
