@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The scattering of light at one point seen from one direction: a short list of lobes, each with its event
 // (design §3). Directions are unit, in world space, and point away from the surface. Knows no textures, no
-// scene. A new lobe is an alternative of LobeShape with what lobes.h asks of it, and a row in the chi² list; a
-// forgotten overload does not compile.
+// scene. A new lobe is an alternative of LobeShape with what lobes.h asks of it, and a row in the chi² list;
+// a forgotten overload does not compile.
 #pragma once
 #include <array>
 #include <optional>
