@@ -8,7 +8,7 @@ import os
 import numpy as np
 import pytest
 from scenes import LUMINANCE, Scene, diffuse, emission, exit_at, glass, grey, looking, quad, seeds, shader
-from statistics_of_renders import assert_same_mean, blocks, student_quantile
+from statistics_of_renders import assert_mean, assert_same_mean, blocks, student_quantile
 
 FULL = bool(os.environ.get("SLUICE_FULL"))
 SEEDS = 16 if FULL else 6
@@ -126,6 +126,66 @@ def caustic(extent, **more):
 @pytest.fixture(scope="module")
 def caustic_alone():
     return seeds(caustic(0), 2 * SEEDS, seed=100, **SETTINGS).stack("Edited").mean((1, 2, 3))
+
+
+def scaled(scene, factor):
+    """The same scene, so many times as large, with lamps as much stronger as keeps the picture: radiance and a sun's irradiance have no size."""
+    size = np.diag([factor, factor, factor, 1.0])
+    d = scene.description
+    for mesh in d["meshes"]:
+        mesh["positions"] = np.asarray(mesh["positions"], np.float32) * np.float32(factor)
+    for lamp in d["lights"]:
+        lamp["matrix"] = np.concatenate([lamp["matrix"][:, :3], size @ lamp["matrix"][:, 3:]], 1)
+        lamp["radius"] = lamp.get("radius", 0.0) * factor
+        lamp["power"] *= 1 if lamp["kind"] == "Sun" else factor**2
+    for place in (q for edit in d["edits"] for q in (edit["entry"], *(exit_["quad"] for exit_ in edit["exits"]))):
+        place["matrix"] = size @ place["matrix"]
+    camera = d["camera"]
+    camera["matrix"] = np.concatenate([camera["matrix"][:, :3], size @ camera["matrix"][:, 3:]], 1)
+    camera["ortho_scale"] = camera.get("ortho_scale", 1.0) * factor
+    camera["clip_start"] *= factor
+    return scene
+
+
+@pytest.mark.parametrize("factor", [0.1, 1e3])
+def test_size_is_no_matter(factor):
+    """A keyhole room in the sun with everything in it on a ground of 1 m, or of 10 km; and a moved caustic."""
+    def lit():
+        return beside(room(keyhole=0.2), 10.0, sun=True, sky=2.0)
+
+    assert_sum(rendered(scaled(lit(), factor))[1], [rendered(lit(), seed=100)[1]], bias=0.02, finest=0.16)
+    found, expected = (seeds(scene, 2 * SEEDS, seed=seed, **SETTINGS).stack("Edited").mean((1, 2, 3))
+                       for scene, seed in ((scaled(caustic(10.0, sun=True), factor), 0), (caustic(10.0, sun=True), 100)))
+    assert_same_mean(found, expected, finest=0.12)
+
+
+def test_an_edit_on_each_of_many_lamps():
+    """Each of 12 lamps, weak and strong ones, has an edit that takes its light alone off one spot of the floor and lays it beside: what the edits
+    move together is what some move with the others away, and each takes what its lamp sends there."""
+    count, half = 12, {"x": (0.3, 0, 0), "y": (0, 0.3, 0)}
+    places = np.random.default_rng(7).uniform(-1, 1, (count, 2))
+
+    def lit(chosen):
+        scene = Scene(size=32)
+        scene.floor(diffuse(0.8), half=3.0)
+        for i in range(count):
+            scene.point((*places[i], 1.0), 5.0 * 4 ** (i % 4), name=f"Lamp {i}")
+            if i in chosen:
+                scene.edit(f"L'Lamp {i}'", quad((-0.5, 0, 0), **half), [exit_at((0.5, 0, 0), **half)], name=f"Edit {i}")
+        return scene
+
+    def moved(chosen, seed):
+        return seeds(lit(chosen), 2 * SEEDS, seed=seed, **SETTINGS)
+
+    together = moved(range(count), 0)
+    groups = [moved(range(first, count, 4), 100 * first + 100) for first in range(4)]  # of like strength: else the strong ones hide the weak
+    light = [(renders.stack("Edited") @ LUMINANCE).mean((1, 2)) for renders in (together, *groups)]
+    assert_same_mean(light[0], sum(light[1:]), finest=0.05)
+    taken = np.array([[edit["energy_in"] / SETTINGS["passes"] for edit in render.statistics["edits"]] for render in together.renders])
+    x, y = (grid.ravel() for grid in np.meshgrid(np.arange(-0.295, 0.3, 0.01) - 0.5, np.arange(-0.295, 0.3, 0.01)))
+    for i, place in enumerate(places):  # power / 4π and the cosine over the distance squared, over the entry
+        distance2 = (x - place[0]) ** 2 + (y - place[1]) ** 2 + 1
+        assert_mean(taken[:, i], 5.0 * 4 ** (i % 4) / (4 * math.pi) * 0.36 * (distance2**-1.5).mean(), finest=0.6)
 
 
 @pytest.mark.parametrize("extent", EXTENTS)
