@@ -111,7 +111,7 @@ class SluiceObject(_EntrySettings, _ExitSettings, bpy.types.PropertyGroup):
                ('ENTRY', "Entry", "Captures the light whose path so far matches the expression"),
                ('EXIT', "Exit", "Sends out again what its entry captured")))
     order: IntProperty(
-        name="Order", description="Quads that lie in one plane act in this order, lower ones first; unique in the scene",
+        name="Order", description="Quads that lie in one plane act in this order, lower ones first; a copy has that of its original",
         default=0, min=0, soft_max=1000, override=OVERRIDABLE, update=_tag_object)
     offset: FloatProperty(
         name="Offset", description="Distance at which the quad floats in front of its plane, for bumpy surfaces; a hair's breadth "

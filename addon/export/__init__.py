@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From Blender's evaluated scene to the plain tree of cpp/scene/description.h: dicts with the members' own names.
+"""From Blender's evaluated scene to the plain tree of cpp/scene/description.h (with cpp/edit/description.h and cpp/shading/nodes.h): dicts
+with the members' own names.
 
 Arrays are C-contiguous NumPy (float32, uint32, uint16), matrices float64 4 × 4 as Blender's matrix_world (column vectors),
 enumerations the names of their C++ values. "index" members point into the lists of the scene, -1 = none. One file per kind of
-datablock. Nothing here imports bpy or keeps a Blender object after it returns: exporters get objects, so fakes work in tests."""
+datablock. Nothing here imports bpy: exporters get objects, so fakes work in tests. Descriptions hold no Blender object; Names hold some as
+keys, so a Context that is kept gets new ones before it exports again (viewport.py)."""
 from __future__ import annotations
 
 from collections.abc import Callable

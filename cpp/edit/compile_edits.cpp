@@ -270,7 +270,8 @@ class EditsBuilder {
     find_reach(entities);
   }
 
-  // View paths go on by S alone: at the first D or G lobe they end.
+  // Which edits any path of this scene can spell, and after which event. View paths go on by S alone: at the
+  // first D or G lobe they end.
   void find_reach(std::span<const Entity> entities) {
     for (const Side side : {Side::Light, Side::View}) {
       const bool light = side == Side::Light;

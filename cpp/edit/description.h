@@ -18,7 +18,8 @@ struct QuadDescription {
   M44d matrix;
   double half_size = 1;
   double offset = 0;
-  int order = 0;  // unique in the scene; decides between quads in one plane
+  int order =
+      0;  // decides between quads in one plane; of equal ones (copies) the first described comes first
 };
 
 // What an exit does to the light that it sends on. A property stands as a member here and as a row of

@@ -20,6 +20,8 @@
 
 namespace sluice {
 
+static_assert(straight_on == QuadId::entry);  // the implicit exit's quad is the entry's
+
 class Edits {
  public:
   [[nodiscard]] int size() const noexcept { return static_cast<int>(edits_.size()); }

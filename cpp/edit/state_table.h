@@ -45,7 +45,7 @@ class StateTable {
  public:
   // A path that finds the table full is dead: no edit takes it, and whatever happens to it, it stays dead.
   static constexpr StateId dead = 0;
-  // The states before any event; the first is L's class, or E's.
+  // The states before any event; the first event of a light state is an L, of a view state the E.
   static constexpr StateId light_start = 1, view_start = 2;
 
   // Keeps a pointer to `edits`. Copies are independent.
@@ -84,8 +84,7 @@ class StateTable {
   }
 
   // Content: side, gates, automaton states, then used edits in ascending order. Equal in all tables of one
-  // Edits, so its lexicographical order is that of every thread. The span lives until the next
-  // state is interned.
+  // Edits: by it threads know each other's states. The span lives until the next state is interned.
   [[nodiscard]] std::span<const std::uint32_t> content(StateId state) const noexcept;
   [[nodiscard]] StateId intern(std::span<const std::uint32_t> content) noexcept;
 

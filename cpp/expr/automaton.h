@@ -13,7 +13,6 @@
 
 namespace sluice {
 
-// F at edit g is an event at gates[g].
 struct Automata {
   Alphabet alphabet;
   // for light edits, view edits and layers; accepting lists hold indices of rules

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sets of edits, each a bit at its number.
+// Sets of edits, each a bit at its number. is_empty() is about bits. As the `members` of a query a set
+// without words means all edits, so callers ask is_empty() first.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -78,7 +78,8 @@ class Session {
 
   RenderSettings settings_;
   std::atomic<bool> cancel_{false};
-  mutable std::mutex lock_;  // guards all members below but the film
+  mutable std::mutex
+      lock_;  // guards what others may ask for; what the render thread alone writes it reads without
   std::condition_variable over_;
   Progress progress_;
   std::shared_ptr<const Scene> scene_;  // stays when the render is over, for start_from()

@@ -67,12 +67,12 @@ class Scene {
   // the world and the suns: what a ray that meets nothing sees
   [[nodiscard]] std::span<const int> infinite_lights() const noexcept;
 
-  // The alphabet of the expressions: objects, lights, the world. Edits' entries are gates, which
+  // The things that expressions can name: objects, lights, the world. Edits' entries are gates, which
   // Edits::gate_class knows.
   [[nodiscard]] const std::vector<Entity>& entities() const noexcept;
   [[nodiscard]] int entity(const Hit& hit) const noexcept;
   [[nodiscard]] EventClass event_class(Event kind, const Hit& hit) const noexcept;  // D, S, G or L there
-  // light whose last event is one of these, by a light edit
+  // May some light edit take light that was emitted or scattered here?
   [[nodiscard]] bool may_be_taken_from(const Hit& hit) const noexcept;
   [[nodiscard]] int light_entity(int light) const noexcept;  // of an emissive object: the object's
   [[nodiscard]] const Edits& edits() const noexcept;

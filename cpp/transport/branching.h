@@ -9,7 +9,9 @@
 
 namespace sluice {
 
-inline constexpr int split_budget = 16;  // branches that one path tree ever has, so as many are alive at most
+// Branches that the exits of one path's tree may make, on the view side the first glass too; a photon's first
+// glass adds its lobes beside them (photons/light_tracer.h).
+inline constexpr int split_budget = 16;
 
 // What is left of it while a tree is followed.
 class SplitBudget {

@@ -26,7 +26,7 @@ struct Guide {
   EmissionGuide emission;
   LightTrusts trust;
   float min_radius = 0, max_radius = 0;  // of gathers at y in the first pass (m)
-  // of caustics and edited light, and of what is soft of those (photon.h)
+  // of caustics and edited light, and of what is soft of those (arrival.h)
   RadiusCache sharp_disks, soft_disks;
   // typical radii of the first pass, at y, which the photon map's cells are made for, and at v
   float radius = 0, caustic_radius = 0;

@@ -84,7 +84,7 @@ class alignas(64) LightTracer {  // threads write to theirs: no cache line is sh
   // Does someone ask what happens to the paths?
   [[nodiscard]] bool is_watched() const noexcept { return Observer::sees || effects_.tracks_states; }
   [[nodiscard]] bool next_vertex(Path& path, Vertex& vertex) noexcept;
-  // about the segment
+  // Must the entries on its next segment be asked?
   [[nodiscard]] bool asks(const Path& path) const noexcept {
     return Observer::sees || !states_.takes_none(path.q);
   }

@@ -123,7 +123,8 @@ JoinResult DirectLight::join_behind(ConstraintId constraint, StateId q, const Ve
   return sums_.counted(selection_.join(q, constraint_at(selection_, scene_, constraint, vertex, event)));
 }
 
-// What is left of a light's on its way to the vertex, and its state; empty: surfaces or entries take it.
+// What is left of a light's radiance on its way to the vertex, and its state; empty: surfaces or entries take
+// it.
 std::optional<DirectLight::Unblocked> DirectLight::unblocked(const Vertex& vertex, int light,
                                                              const DirectSample& sample) {
   Unblocked way{Color(1), StateTable::light_start};

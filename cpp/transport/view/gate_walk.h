@@ -18,8 +18,8 @@
 namespace sluice {
 
 // How a path goes on at the end of a segment: straight to what it met there, from another place where a gate
-// sent it, or not at all.
-enum class SegmentEnd : std::uint8_t { Straight, Redirected, Absorbed };
+// sent it, or no further itself, though copies of it may wait in the BranchStack.
+enum class SegmentEnd : std::uint8_t { Straight, Redirected, Over };
 
 class GateWalk {
  public:
@@ -61,7 +61,7 @@ class GateWalk {
     on_stretch(segment.t_max);
     if (!capture) return SegmentEnd::Straight;
     meet_view_edit(sample, path, *capture);
-    return SegmentEnd::Absorbed;
+    return SegmentEnd::Over;
   }
 
  private:
@@ -72,7 +72,7 @@ class GateWalk {
     bool view_entries;  // that may take the path
     [[nodiscard]] bool any() const noexcept { return exits || entries || view_entries; }
   };
-  // Rays from the camera know from the picture where gates lie.
+  // For rays from the camera GatesInView tells, by blocks of pixels, whether gates can lie on them.
   [[nodiscard]] GateQueries queries_of(const Sample& sample, const ViewPath& path,
                                        const SegmentSources& sources) const noexcept {
     const auto in_view = [&](Side side) {

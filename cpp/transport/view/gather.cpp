@@ -51,7 +51,7 @@ void Gather::gather_alone(Sample& sample, const ViewPath& path, const Vertex& v)
   for (std::uint32_t i = 0; i < segments; ++i) {
     const Sampler numbers = sample.asked.sampler.part(i, segments);
     if (send_segment(sample, path, v, numbers, static_cast<float>(segments), segment_))
-      collect_light(path, segment_, numbers, ToEye{sums_, sample, path});
+      collect_light_at_y(path, segment_, numbers, ToEye{sums_, sample, path});
   }
 }
 

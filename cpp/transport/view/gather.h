@@ -40,8 +40,8 @@ class Gather {
                                   const Sampler& numbers, float segments, GatherSegment& found);
   // The light of y, to wherever it goes. `numbers`: those of the segment.
   template <class Sink>
-  void collect_light(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
-                     const Sink& sink);
+  void collect_light_at_y(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
+                          const Sink& sink);
 
  private:
   [[nodiscard]] bool follow_segment(Sample& sample, const ViewPath& path, const LightSegment& segment,
@@ -131,8 +131,8 @@ void Gather::add_photons(const PhotonMap& map, const Reach& reach, const PhotonR
 }
 
 template <class Sink>
-void Gather::collect_light(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
-                           const Sink& sink) {
+void Gather::collect_light_at_y(const ViewPath& path, const GatherSegment& segment, const Sampler& numbers,
+                                const Sink& sink) {
   const Vertex& y = segment.y;
   direct_.next_event_at_gather_point(y, path.depth, numbers, segment.lobes, sink);
   const float radius = gather_radius(*context_.guide, segment.length, segment.pdf) * context_.radius_scale;

@@ -27,7 +27,8 @@ class Few {
   std::size_t count_ = 0;
 };
 
-// C for light that leaves a vertex by an event, from C behind the vertex.
+// C of light that arrives at a vertex and will leave it by an event. `behind`: C of light that has left it,
+// nearer to the eye.
 [[nodiscard]] inline ConstraintId constraint_at(PathSelection& selection, const Scene& scene,
                                                 ConstraintId behind, const Vertex& vertex, Event event) {
   return selection.constraints().event(behind, scene.event_class(event, vertex.hit));

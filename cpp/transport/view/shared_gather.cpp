@@ -49,7 +49,8 @@ void SharedGather::gather() {
       if (!gather_.send_segment(sample, finder.path, finder.v, numbers, asked.segments.mean, point_.segment))
         continue;
       start_point();
-      gather_.collect_light(finder.path, point_.segment, numbers, ToGatherPoint{sums_, point_, occlusion_});
+      gather_.collect_light_at_y(finder.path, point_.segment, numbers,
+                                 ToGatherPoint{sums_, point_, occlusion_});
       share(finder);
     }
   }
@@ -67,7 +68,8 @@ void SharedGather::start_point() {
 
 // The light of the y that `finder` found, to all that see it.
 void SharedGather::share(const SharingVertex& finder) {
-  // layers are parts of the picture
+  // Of light at hand in point_.light: photons', and direct light where y looks the same to all. Layers are
+  // parts of the picture, so its black tells of theirs.
   const bool has_photons = !std::ranges::all_of(point_.segment.lobes, [&](const LobeThroughput& lobe) {
     return is_black(point_.light_of(lobe).picture);
   });

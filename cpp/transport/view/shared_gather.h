@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gather segments of a bundle. A point y that one vertex found is light for every vertex of the same surface
-// that sees it: each connection from a v to y is weighted by the density with which all of them together
-// would have found that y (balance heuristic), so nothing is counted twice and each alone would still find
-// everything. A connection counts if nothing lies on it and no entry from y to the eye would take any of the
-// light: a v whose connection fails is left out, of the light and of the density, whoever found y. If the
-// finder's own fails, y stays its own; so does the light of photons at a y that does not look the same from
-// all. (Which photons there are at y depends on the finder's radius: near entries that take only some of
-// them, all this holds as radii shrink.)
+// Gather segments of a bundle. A point y that one vertex found is light for every vertex with the same
+// history (SharingVertex::signature) that sees it: each connection from a v to y is weighted by the
+// density with which all of them together would have found that y (balance heuristic), so nothing is
+// counted twice and each alone would still find everything. A connection counts if nothing lies on it and
+// no entry from y to the eye would take any of the light: a v whose connection fails is left out, of the
+// light and of the density, whoever found y. If the finder's own fails, y stays its own; so does the light
+// of photons at a y that does not look the same from all. (Which photons there are at y depends on the
+// finder's radius: near entries that take only some of them, all this holds as radii shrink.)
 #pragma once
 #include <array>
 #include <span>

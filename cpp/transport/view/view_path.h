@@ -26,7 +26,7 @@ struct ViewPath {
   StateId state = 0;  // of the view edits' automata
   int depth = 0;      // D, S, G events so far
   int gates = 0;
-  std::uint64_t signature = 0;  // hash of its events
+  std::uint64_t signature = 0;  // hash of the things that it met, in order
   bool is_camera = true;        // no event yet: sees what the camera sees
 
   // The gate that it has just left.

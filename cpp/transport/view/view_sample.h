@@ -14,7 +14,7 @@ inline constexpr std::size_t bundle_size = 16;
 
 // Gather segments of a sample, from each v: where its bundle shares them they are points of one sequence,
 // dealt out to all its samples.
-struct GatherSegments {
+struct SegmentPlan {
   float mean = 1;           // of their number, over the passes
   std::uint32_t count = 0;  // in this bundle
   Sampler first;            // of the bundle's points
@@ -37,7 +37,7 @@ struct ViewSample {
   Sampler sampler;
   std::uint64_t key;  // of choices outside of the samplers' dimensions
   float share;        // in its pixel's mean; 0: traced for the others alone
-  GatherSegments segments = {};
+  SegmentPlan segments = {};
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
   Seeks seeks = Seeks::All;
   bool measures_lights = false;  // there are two of them, to see how far they lie apart

@@ -66,7 +66,7 @@ void ViewTracer::follow(Sample& sample, ViewPath& path) {
 // Light that v sends towards the eye: direct light by all lobes but exact ones, the rest by D and G.
 void ViewTracer::collect_light(Sample& sample, const ViewPath& path, const Vertex& v) {
   const bool shares = shared_.accept_candidate(sample, path);
-  const GatherSegments& segments = sample.asked.segments;
+  const SegmentPlan& segments = sample.asked.segments;
   const float mean_segments = shares ? segments.mean : static_cast<float>(segments.alone());
   if (context_.effects.direct) direct_.next_event_at_v(sample, path, v, mean_segments);
   gather_.add_photons_at_v(sample, path, v);
@@ -81,7 +81,7 @@ bool ViewTracer::next_surface(Sample& sample, ViewPath& path, Vertex& vertex) {
   for (int layer = 0; layer < max_alpha_layers; ++layer) {
     if (path.own_entry >= 0) {
       const SegmentEnd end = gates_.leave_own_entry(sample, path);
-      if (end == SegmentEnd::Absorbed) return false;
+      if (end == SegmentEnd::Over) return false;
       if (end == SegmentEnd::Redirected) continue;
     }
     const auto hit =
@@ -89,7 +89,7 @@ bool ViewTracer::next_surface(Sample& sample, ViewPath& path, Vertex& vertex) {
     ++sums_.counts.rays;
     if (hit) make_vertex(scene, *hit, -path.direction, path.is_camera, Carries::Radiance, vertex);
     const SegmentEnd end = cross_gates(sample, path, hit ? hit->t : path.t_max, hit ? &vertex : nullptr);
-    if (end == SegmentEnd::Absorbed) return false;
+    if (end == SegmentEnd::Over) return false;
     if (end == SegmentEnd::Redirected) continue;
     if (!hit) {
       sums_.record_first(sample, nullptr);

@@ -10,9 +10,11 @@
 // The terms are disjoint: each path of light is told by its last events before the eye (the table of design
 // §5). Edits hold on every segment: shadow and gather segments ask the light edits by the C rule
 // (path_selection.h), view segments take both continuations at an exit (straight on, and backward through it
-// to its entry), view edits capture the view path itself. The light side of the same rules is light_tracer.h.
+// to its entry), view edits capture the view path itself. The light side of the same rules is
+// photons/light_tracer.h.
 //
-// Each part has its own data, and calls go one way:
+// Each part has its own data, and calls go one way, by way of one part or directly; but GateWalk calls back
+// for the lamps between gates (cross_gates):
 //
 //   ViewTracer -> SharedGather -> Gather -> DirectLight -> PathSelection, SampleSums
 //   ViewTracer -> GateWalk -> PathSelection, SampleSums
