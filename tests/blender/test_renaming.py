@@ -57,6 +57,27 @@ def test_a_name_that_others_bear_too_stays_beside_the_new_one(new_object, entry)
     assert entry.sluice.expression == "LS'Ball,Egg'"
 
 
+def test_a_name_that_another_thing_is_given(new_object, entry):
+    """Blender numbers the one that had it, which nobody renamed, so expressions go on to mean it; where it was renamed by hand and another
+    took its name, they mean that."""
+    egg, wall = new_object("Egg"), new_object("Wall")
+    _set(entry, "LS'Egg'+")
+    wall.name = "Egg"
+    _update()
+    if egg.name == "Egg":  # newer versions number the one that is renamed
+        assert entry.sluice.expression == "LS'Egg'+"
+        return
+    assert entry.sluice.expression == f"LS'{egg.name}'+"
+    egg.name = "Ball"
+    _update()
+    wall.name = "Ball.001"
+    _update()
+    assert entry.sluice.expression == "LS'Ball'+"
+    egg.name, wall.name = "Yolk", "Ball"
+    _update()
+    assert entry.sluice.expression == "LS'Ball'+"
+
+
 def test_an_expression_of_before_the_renaming_is_followed(new_object, entry):
     """As undo leaves it: the step that Blender made of the renaming was made before the expression followed."""
     egg = new_object("Egg")
