@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Splitting at an entry: every way has its weight, alone or by one that stands for all, and a tree has no more
-// branches than its budget allows.
+// Splitting at an entry: every way has its weight, alone or by one that stands for all, and a tree has no
+// more branches than its budget allows.
 #include "transport/branching.h"
 
 #include <gtest/gtest.h>
