@@ -18,8 +18,8 @@ inline constexpr int max_lobes = 8;
 struct Lobe {
   // D, S (delta, whatever its roughness, or Blender roughness <= specular_threshold) or G
   Event event;
-  bool delta = false;  // one direction only: eval and pdf are 0
-  bool transmits;      // as its shape says: light leaves on the far side
+  bool delta = false;      // one direction only: eval and pdf are 0
+  bool transmits = false;  // as its shape says: light leaves on the far side
   // bit i: light passes Bsdf::layers[i] on its way here (photons only; on view paths it is folded into
   // weight)
   std::uint8_t under;
