@@ -179,9 +179,8 @@ def _stand_in(meant: _Meant, name: str, item: Any, is_moved: bool, file: _File, 
     2. A copy came into the owner's scene instead of the thing, which has left that scene (see _came_instead): the copy.
     3. The thing is gone: None.
     4. It is called as it was, or its name is another file's matter, or the owner is a new one: the thing itself.
-    5. Something else was given its name, and Blender numbered it to make room: the thing itself, as nobody renamed it.
-    6. It was renamed, and something else of its kind took its name: that.
-    7. It was renamed: the thing itself, which from now on is known by its old name too."""
+    5. It was renamed, and something else of its kind took its name: that. What Blender numbered to make room was not renamed by anybody.
+    6. It has another name: the thing itself, which from now on is known by its old name too."""
     other = file.items.get(meant.identity)
     copy = _copy_of(meant, other, item, file, arrivals)
     if copy is not None:
@@ -190,9 +189,8 @@ def _stand_in(meant: _Meant, name: str, item: Any, is_moved: bool, file: _File, 
             return copy
     if other is None or is_moved or other.name == name or other.library is not None:
         return other
-    if copies.stem(other.name) == copies.stem(name):
-        return other
-    took = next((new for new in file.meant(name, item.library) if _list_of(new) == _list_of(other)), None)
+    is_numbered = copies.stem(other.name) == copies.stem(name)
+    took = None if is_numbered else next((new for new in file.meant(name, item.library) if _list_of(new) == _list_of(other)), None)
     if took is None:
         _past[name] = _identity(other)
     return other if took is None else took
