@@ -5,14 +5,15 @@
 
 #include "base/sampling.h"
 #include "transport/pass.h"
+#include "transport/photons/disks.h"
 
 namespace sluice {
 namespace {
 
 constexpr double cells_across = 24;  // the picture, about
 constexpr int paths_per_view_sample = 8, max_depth_of_look = 12;
-// around the picture, in parts of it: as wide as kernels of caustics may be
-constexpr float margin = 1.0f / 16;
+// around the picture, in parts of it
+constexpr float margin = max_disk_of_picture;
 // cosine from which a normal may belong to hits counted for an axis
 constexpr float faces_axis = 0.4f;
 // of what is seen, by its distance from the camera

@@ -10,7 +10,7 @@ namespace {
 
 // Radii are bounded by parts of the picture, for pictures so small that some pixels are much of them, and by
 // parts of the distance to the camera: else footprints would change too much along a disk.
-constexpr float max_of_picture = 1.0f / 16, max_soft_of_picture = 1.0f / 8, max_of_distance = 0.4f;
+constexpr float max_soft_of_picture = 1.0f / 8, max_of_distance = 0.4f;
 // The kernel falls to 0 so many radii away (√1.5; density.h).
 constexpr float round_reach = 1.2247449f;
 // Positions are rounded to 2⁻²⁴ of their coordinates: far below this part of them photons of one surface
@@ -40,7 +40,7 @@ DiskBounds::DiskBounds(const Camera& camera, const FrameDescription& frame, cons
     : camera_(camera), slope_(static_cast<float>(camera.footprint_slope())) {
   const float side = std::sqrt(static_cast<float>(frame.width) * static_cast<float>(frame.height));
   const float ever = slope_ > 0 ? max_of_distance / (round_reach * slope_) : infinity;
-  common_ = std::min({settings.caustic_radius_factor, max_of_picture * side, ever});
+  common_ = std::min({settings.caustic_radius_factor, max_disk_of_picture * side, ever});
   narrowest_ = common_ / settings.caustic_radius_range;
   widest_ = std::min(settings.caustic_radius_range * common_, ever);
   widest_soft_ =

@@ -13,6 +13,9 @@ namespace sluice {
 class Camera;
 struct FrameDescription;
 
+// Of the picture's side, at most: a common radius, for pictures so small that some pixels are much of them.
+inline constexpr float max_disk_of_picture = 1.0f / 16;
+
 // Bounds of radii of the first pass: some footprints of a pixel, so that they do not know how large the scene
 // is. Wider where the pilot found so few photons that noise would hide every feature of that size, narrower
 // where there are enough for sharper edges.
