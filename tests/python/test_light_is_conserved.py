@@ -107,6 +107,27 @@ def test_a_caustic_is_as_bright_without_the_edit_that_counts_it(caster):
     assert_same_mean([shown(r, "Caustic") for r in plain.renders], [shown(r, "Caustic") for r in counted.renders], finest=0.02)
 
 
+def test_the_border_of_a_perspective_picture():
+    """A caustic moved to the border of a picture: what shows of it is what the middle of a picture twice as wide shows there, as near the
+    border as in all. The radii are the same in both."""
+    def cut(across, seed):
+        scene = Scene(size=20 * across)
+        scene.floor(diffuse(ALBEDO), half=4.0)
+        scene.sphere("Caster", (-1.5, 0, 0.4), 0.2, glass(1.5), rings=48)
+        scene.point((-1.8, 0, 2.0), 30.0, radius=0.02)
+        gate = {"x": (HALF, 0, 0), "y": (0, HALF, 0)}
+        scene.edit("LS'Caster'+", quad((-1.45, 0, 0), **gate), [exit_at((0, 0, 0), **gate)])
+        scene.perspective(looking((-0.55, -0.4, 2.5), (0, 0.16, -1)), 2 * math.atan(0.11 * across))
+        settings = {**SHIPPED, "photons": 16384, "passes": 8, "caustic_radius_factor": 2.0}
+        margin = 10 * across - 20
+        return (seeds(scene, 8, seed=seed, **settings).stack("Edited") @ LUMINANCE)[:, margin : margin + 40, margin : margin + 40]
+
+    narrow, wide = cut(2, 0), cut(4, 100)
+    assert (wide[:, :, -4:].mean() > 3 * wide.mean()), "the caustic does not lie at the border"
+    for part in (np.s_[:, :, :], np.s_[:, :, -4:]):
+        assert_same_mean(narrow[part].mean((1, 2)), wide[part].mean((1, 2)), finest=0.03)
+
+
 def test_a_ring_on_a_floor_of_a_hundred_kilometres():
     """Widths are footprints of pixels: the size of the scene is no matter (numerics D6)."""
     shown_by = {}
