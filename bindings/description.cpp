@@ -360,6 +360,7 @@ RenderSettings read_settings(const py::dict& settings) {
   std::int64_t seed = 0;
   double error_percent = 0;
   r.value("passes", s.passes);
+  if (r.has("render_passes")) r.value("render_passes", s.render_passes.emplace());
   r.value("photons", t.photons);
   r.value("seed", seed);
   r.value("use_animated_seed", s.use_animated_seed);
@@ -381,6 +382,7 @@ RenderSettings read_settings(const py::dict& settings) {
   r.value("use_adaptive_sampling", t.use_adaptive_sampling);
   r.value("threads", s.threads);
   r.value("frame", s.frame);
+  r.value("keep_at", s.keep_at);
   t.seed = static_cast<std::uint64_t>(seed);
   s.error_target = error_percent / 100;
   return s;

@@ -5,6 +5,8 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <cmath>
+
 #include "bindings/description.h"
 #include "bindings/parts.h"
 #include "render/report.h"
@@ -23,7 +25,13 @@ py::dict progress_of(const Session& session) {
   py::dict d;
   d["state"] = name_of(p.state), d["stop_reason"] = name_of(p.stop_reason);
   d["pass"] = p.pass, d["passes"] = p.passes, d["photons"] = p.photons, d["seconds"] = p.seconds;
-  d["seconds_left"] = or_none(p.seconds_left), d["error_estimate"] = or_none(p.relative_error);
+  d["seconds_left"] = or_none(p.seconds_left);
+  const bool is_known = p.accuracy.is_known();
+  d["error_estimate"] = or_none(p.accuracy.error()), d["noise"] = or_none(p.accuracy.noise);
+  d["bias"] = is_known ? py::object(py::float_(p.accuracy.bias)) : py::none();
+  d["main_cause"] = p.main_cause ? py::object(py::make_tuple(p.main_cause->name, p.main_cause->share))
+                                 : py::object(py::none());
+  d["passes_to_target"] = or_none(p.passes_to_target);
   d["unmet"] = p.unmet;
   d["memory"] = p.memory, d["message"] = p.failure ? p.failure->message : std::string();
   d["error"] = py::none();
@@ -55,6 +63,38 @@ py::dict edit_of(const RenderStatistics& s, std::size_t e) {
   return d;
 }
 
+// Errors are relative; of parts and edits so that their squares add up about to the picture's.
+py::dict accuracy_of(const Accuracy& now, const std::vector<std::string>& edit_names) {
+  py::dict d;
+  d["pass"] = now.pass, d["seconds"] = now.seconds, d["rays"] = now.rays, d["photons"] = now.photons;
+  d["error"] = or_none(now.error()), d["noise"] = or_none(now.noise);
+  d["bias"] = now.is_known() ? py::object(py::float_(now.bias)) : py::none();
+  py::list parts, edits;
+  for (int i = 0; now.is_known() && i < part_count; ++i) {
+    const ErrorSquares& part = now.shares.parts[static_cast<std::size_t>(i)];
+    parts.append(py::dict(py::arg("name") = name_of(static_cast<Part>(i)),
+                          py::arg("noise") = std::sqrt(part.noise), py::arg("bias") = std::sqrt(part.bias)));
+  }
+  for (std::size_t e = 0; e < now.shares.edits.size() && e < edit_names.size(); ++e)
+    edits.append(
+        py::dict(py::arg("name") = edit_names[e], py::arg("noise") = std::sqrt(now.shares.edits[e])));
+  d["parts"] = parts, d["edits"] = edits;
+  return d;
+}
+
+// [{"pass", …, "image": float32 (height, width, 4)}]
+py::list kept_of(const Session& session) {
+  py::list found;
+  const std::vector<std::string> names = session.statistics().edit_names;
+  for (const Session::Kept& kept : session.kept()) {
+    py::dict d = accuracy_of(kept.accuracy, names);
+    const Session::Picture& p = kept.picture;
+    d["image"] = py::array_t<float>({p.height, p.width, p.channels}, p.pixels.data());
+    found.append(d);
+  }
+  return found;
+}
+
 // Those of work at the top, as "rays" both kinds together.
 void add_counts(py::dict& d, const Counts& counts) {
   py::dict dropped, ledger;
@@ -68,7 +108,7 @@ void add_counts(py::dict& d, const Counts& counts) {
 py::dict statistics_of(const Session& session) {
   const RenderStatistics s = session.statistics();
   py::dict d, seconds;
-  py::list effects, edits, layers, unmet;
+  py::list effects, edits, layers, unmet, accuracy;
   add_counts(d, s.counts);
   d["ledger"]["worst_residual"] = s.worst_ledger_residual;
   for (int i = 0; i < phase_count; ++i)
@@ -82,7 +122,8 @@ py::dict statistics_of(const Session& session) {
   for (const UnmetShare& each : s.unmet)
     unmet.append(py::dict(py::arg("name") = each.name, py::arg("share") = each.share));
   d["report"] = describe(s), d["seconds"] = seconds, d["effects"] = effects, d["edits"] = edits;
-  d["layers"] = layers, d["unmet"] = unmet;
+  for (const Accuracy& each : s.accuracy) accuracy.append(accuracy_of(each, s.edit_names));
+  d["layers"] = layers, d["unmet"] = unmet, d["accuracy"] = accuracy;
   d["bytes_per_photon"] = s.bytes_per_photon, d["triangles"] = s.triangles, d["threads"] = s.threads;
   d["guide_hash"] = hex(s.guide_hash), d["radius"] = s.radius;
   return d;
@@ -158,6 +199,7 @@ void define_session(py::module_& m) {
            })
       .def("snapshot", &snapshot_of, py::arg("names"))
       .def("statistics", &statistics_of)
+      .def("kept", &kept_of, "The pictures that the setting keep_at asks for, each with its accuracy.")
       .def(
           "film_hash", [](const Session& s) { return hex(s.film_hash()); },
           py::call_guard<py::gil_scoped_release>());

@@ -25,10 +25,8 @@ double seconds_left(const Progress& now, const RenderSettings& settings) noexcep
   if (now.pass == 0) return -1;
   double left = now.seconds / now.pass * (now.passes - now.pass);
   if (settings.time_limit > 0) left = std::min(left, std::max(0.0, settings.time_limit - now.seconds));
-  // error ~ passes^(-1/2) while noise rules: passes needed = passes so far · (error / target)²
-  if (settings.error_target > 0 && now.relative_error > 0)
-    left =
-        std::min(left, now.seconds * std::max(0.0, square(now.relative_error / settings.error_target) - 1));
+  const double needed = passes_to(settings.error_target, now.accuracy);
+  if (needed >= 0) left = std::min(left, now.seconds / now.pass * std::max(0.0, needed - now.pass));
   return left;
 }
 

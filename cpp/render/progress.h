@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/accuracy.h"
 #include "render/settings.h"
 
 namespace sluice {
@@ -44,11 +45,13 @@ struct Failure {
 struct Progress {
   State state = State::Idle;
   StopReason stop_reason = StopReason::None;
-  int pass = 0, passes = 0;    // finished, wanted
-  std::uint64_t photons = 0;   // light paths emitted
-  double seconds = 0;          // of rendering
-  double seconds_left = -1;    // estimate to the nearest stop; < 0: unknown
-  double relative_error = -1;  // of the picture; < 0: fewer than 4 passes
+  int pass = 0, passes = 0;      // finished, wanted
+  std::uint64_t photons = 0;     // light paths emitted
+  double seconds = 0;            // of rendering
+  double seconds_left = -1;      // estimate to the nearest stop; < 0: unknown
+  double passes_to_target = -1;  // estimate of all that the error target takes; < 0: unknown, or no target
+  Accuracy accuracy;             // the last that was measured
+  std::optional<MainCause> main_cause;
   // the first of the lights and effects that it does not know of: the pilot found nothing of them
   std::vector<std::string> unmet;
   std::size_t memory = 0;  // bytes of film and photon maps

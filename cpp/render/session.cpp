@@ -37,6 +37,14 @@ std::vector<std::string> layer_names(const Scene& scene) {
   return names;
 }
 
+FilmContents film_contents(const Scene& scene, const RenderSettings& settings) {
+  const auto& passes = settings.render_passes;
+  if (passes)
+    for (const std::string& name : *passes)
+      if (!Film::is_fixed(name)) throw SceneError("render pass '" + name + "'", "there is no such pass");
+  return {.layers = layer_names(scene), .passes = passes, .is_opaque = !settings.transport.transparent_film};
+}
+
 void switch_off(std::vector<EditDescription>& edits) {
   for (EditDescription& edit : edits) edit.enabled = false;  // layers may name them all the same
 }
@@ -152,7 +160,8 @@ void Session::render_scene(const Scene& scene) {
     const double photon_seconds = seconds_since(photons_begin);
     if (traced && pass == 0) finish_guide(guide, context, photons, pool, photon_seconds);
     const Clock::time_point view_begin = Clock::now();
-    if (!traced || !view_pass.run(context, photons, pool, cancel_, *film_, film_lock_, counts)) {
+    if (!traced ||
+        !view_pass.run(context, photons, pool, cancel_, *film_, film_lock_, counts, probes_.get())) {
       stop = StopReason::Cancelled;
       break;
     }
@@ -191,11 +200,12 @@ void Session::explain_edits(const Scene& scene, const Effects& effects) {
 
 void Session::start_rendering(const Scene& scene, const Effects& effects) {
   const FrameDescription& frame = scene.frame();
-  auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0, layer_names(scene), frame.x0,
-                                     frame.y0);
+  auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0,
+                                     film_contents(scene, settings_), frame.x0, frame.y0);
+  auto probes = std::make_unique<Probes>(frame, scene.edits().size());
   {
     const std::lock_guard lock(film_lock_);
-    film_ = std::move(film);
+    film_ = std::move(film), probes_ = std::move(probes);
   }
   const std::lock_guard lock(lock_);
   statistics_.seconds_of(Phase::Compile) = seconds_since(begin_);
@@ -228,7 +238,7 @@ void Session::record_pass(const PassRecord& pass) {
                          "per Path, or let edits take less"});
   ++progress_.pass;
   progress_.photons += pass.counts.photon_paths;
-  progress_.memory = film_->bytes() + pass.map_bytes;
+  progress_.memory = film_->bytes() + probes_->bytes() + pass.map_bytes;
 }
 
 // After each pass.
@@ -237,12 +247,41 @@ StopReason Session::should_stop(double last_pass_seconds) {
   // progress_.pass and the film are written by this thread alone
   Pace pace{.passes = progress_.pass, .last_pass_seconds = last_pass_seconds};
   if (measures_error_after(pace.passes)) {
-    pace.relative_error = film_->relative_error();
-    const std::lock_guard lock(lock_);
-    progress_.relative_error = pace.relative_error;
+    record_accuracy();
+    pace.relative_error = progress_.accuracy.error();
   }
+  if (std::ranges::find(settings_.keep_at, pace.passes) != settings_.keep_at.end()) keep_picture();
   pace.seconds = elapsed();
   return stop_after(pace, settings_);
+}
+
+// Film and probes are written by this thread's passes alone, of which none runs now.
+void Session::record_accuracy() {
+  Accuracy now = measure_accuracy(*film_, *probes_);
+  now.seconds = elapsed();
+  now.rays = statistics_.counts.rays + statistics_.counts.shadow_rays;
+  now.photons = statistics_.counts.photon_paths;
+  std::optional<MainCause> cause = main_cause(now, statistics_.edit_names);
+  const std::lock_guard lock(lock_);
+  progress_.accuracy = now, progress_.main_cause = std::move(cause);
+  statistics_.accuracy.push_back(std::move(now));
+}
+
+void Session::keep_picture() {
+  Kept kept{
+      .accuracy = progress_.accuracy,
+      .picture = {film_->width(), film_->height(), film_->channels("Combined"), film_->image("Combined")}};
+  if (kept.accuracy.pass != progress_.pass) kept.accuracy = {.pass = progress_.pass};
+  kept.accuracy.seconds = elapsed();
+  kept.accuracy.rays = statistics_.counts.rays + statistics_.counts.shadow_rays;
+  kept.accuracy.photons = statistics_.counts.photon_paths;
+  const std::lock_guard lock(film_lock_);
+  kept_.push_back(std::move(kept));
+}
+
+std::vector<Session::Kept> Session::kept() const {
+  const std::lock_guard lock(film_lock_);
+  return kept_;
 }
 
 void Session::finish(State state, StopReason reason) {
@@ -263,6 +302,7 @@ Progress Session::progress() const {
   if (now.state != State::Rendering) return now;
   now.seconds = elapsed();
   now.seconds_left = seconds_left(now, settings_);
+  now.passes_to_target = passes_to(settings_.error_target, now.accuracy);
   return now;
 }
 

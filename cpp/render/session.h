@@ -56,6 +56,12 @@ class Session {
   // there is nothing yet, or if one of the names is unknown.
   [[nodiscard]] std::vector<Picture> pictures(const std::vector<std::string>& names) const;
   [[nodiscard]] std::uint64_t film_hash() const;
+  // What settings.keep_at asks for, as far as the render is.
+  struct Kept {
+    Accuracy accuracy;
+    Picture picture;  // Combined
+  };
+  [[nodiscard]] std::vector<Kept> kept() const;
 
  private:
   using Compile = std::function<std::unique_ptr<const Scene>(Warnings&)>;
@@ -74,6 +80,8 @@ class Session {
   void fail(const std::string& message, const std::string& item = {}, int column = 0) noexcept;
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
+  void record_accuracy();
+  void keep_picture();
   [[nodiscard]] double elapsed() const;
 
   RenderSettings settings_;
@@ -88,6 +96,8 @@ class Session {
   std::chrono::steady_clock::time_point begin_{};
   mutable std::mutex film_lock_;
   std::unique_ptr<Film> film_;
+  std::unique_ptr<Probes> probes_;
+  std::vector<Kept> kept_;
   BackgroundTask task_;  // the last member, so that it ends before what it works on
 };
 

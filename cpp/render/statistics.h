@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render/accuracy.h"
 #include "scene/scene.h"
 #include "transport/guide/arrivals.h"
 #include "transport/counts.h"
@@ -64,6 +65,7 @@ struct PassRecord {
 struct RenderStatistics {
   Counts counts;
   std::array<double, phase_count> seconds{};
+  std::vector<Accuracy> accuracy;  // as it was measured from pass to pass
   std::vector<Effects::Reason> reasons;
   std::vector<std::string> edit_names;  // of counts.edits
   std::vector<Floating> edit_floats;    // of counts.edits

@@ -17,32 +17,49 @@ int total(const std::array<int, stream_count>& passes) noexcept {
 
 }  // namespace
 
-Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y0)
+Film::Film(int width, int height, FilmContents contents, int x0, int y0)
     : width_(width),
       height_(height),
       before_x_(x0 % tile),
       before_y_(y0 % tile),
-      planes_(fixed_planes()),
-      layer_count_(static_cast<int>(layers.size())),
-      stride_(layers_at + 3 * layer_count_),
+      stride_(add_planes(std::move(contents))),
       sums_(static_cast<std::size_t>(width) * height * stride_),
       block_(sums_.size()),
-      tile_passes_(tile_count()) {
-  for (int i = 0; i < layer_count_; ++i)
-    planes_.push_back({{std::move(layers[i]), "RGB"}, Reading::Mean, layers_at + 3 * i});
+      stream_sums_(static_cast<std::size_t>(width) * height * stream_numbers),
+      stream_block_(stream_sums_.size()),
+      tile_passes_(tile_count()) {}
+
+// Gives each plane that is asked for its place; returns the doubles of a pixel.
+int Film::add_planes(FilmContents contents) {
+  int numbers = combined_at + 3;
+  if (!contents.is_opaque) alpha_at_ = numbers++;
+  const auto is_asked_for = [&](const std::string& name) {
+    return !contents.passes || std::ranges::find(*contents.passes, name) != contents.passes->end();
+  };
+  for (Plane& plane : fixed_planes()) {
+    const bool has_own = plane.part >= 0 || plane.feature || plane.reading == Reading::Bias;
+    if (has_own && !is_asked_for(plane.pass.name)) continue;
+    plane.at = has_own ? std::exchange(numbers, numbers + plane.channels()) : combined_at;
+    planes_.push_back(std::move(plane));
+  }
+  layers_at_ = numbers, layer_count_ = static_cast<int>(contents.layers.size());
+  for (std::string& layer : contents.layers)
+    planes_.push_back({.pass = {std::move(layer), "RGB"}, .at = std::exchange(numbers, numbers + 3)});
+  return numbers;
 }
 
 // Combined and Noise are made of several sums.
 std::vector<Film::Plane> Film::fixed_planes() {
-  std::vector<Plane> planes{{{"Combined", "RGBA"}, Reading::Combined, combined_at}};
+  std::vector<Plane> planes{{.pass = {"Combined", "RGBA"}, .reading = Reading::Combined}};
   for (int i = 0; i < part_count; ++i)
-    planes.push_back({{name_of(static_cast<Part>(i)), "RGB"}, Reading::Mean, parts_at + 3 * i});
+    planes.push_back({.pass = {name_of(static_cast<Part>(i)), "RGB"}, .part = i});
   for (const Feature& f : features)
     if (!f.name.empty())
-      planes.push_back({{std::string(f.name), std::string(f.channels)},
-                        f.is_mean ? Reading::Mean : Reading::Single,
-                        place_of(f)});
-  planes.push_back({{"Noise", "X"}, Reading::Noise, combined_at});
+      planes.push_back({.pass = {std::string(f.name), std::string(f.channels)},
+                        .reading = f.is_mean ? Reading::Mean : Reading::Single,
+                        .feature = &f});
+  planes.push_back({.pass = {"Noise", "X"}, .reading = Reading::Noise});
+  planes.push_back({.pass = {"Bias", "X"}, .reading = Reading::Bias});
   return planes;
 }
 
@@ -74,26 +91,37 @@ void Film::add_tile(int tile_index, int pass, const std::vector<PixelSample>& sa
   auto layer = layers.begin();
   for (int y = b.y0; y < b.y1; ++y)
     for (int x = b.x0; x < b.x1; ++x, ++sample) {
-      double* p = &block_[(static_cast<std::size_t>(y) * width_ + x) * stride_];
+      const std::size_t pixel = static_cast<std::size_t>(y) * width_ + x;
+      double* p = &block_[pixel * stride_];
       const auto add = [p](int at, const V3f& c) { p[at] += c.x, p[at + 1] += c.y, p[at + 2] += c.z; };
-      add(combined_at + 3 * stream, sample->combined());
-      for (int i = 0; i < part_count; ++i) add(parts_at + 3 * i, sample->parts[i]);
-      for (const Feature& f : features)
-        if (f.vector)
-          add(place_of(f), *sample.*f.vector);
-        else if (f.is_mean)
-          p[place_of(f)] += *sample.*f.number;
+      const Color combined = sample->combined();
+      for (int c = 0; c < 3; ++c) stream_block_[pixel * stream_numbers + 3 * stream + c] += combined[c];
+      add(combined_at, combined);
+      if (alpha_at_ >= 0) p[alpha_at_] += sample->alpha;
+      for (const Plane& plane : planes_) {
+        if (plane.part >= 0) add(plane.at, sample->parts[plane.part]);
+        if (plane.reading == Reading::Bias) p[plane.at] += sample->total_bias();
+        if (!plane.feature) continue;
+        if (plane.feature->vector)
+          add(plane.at, *sample.*plane.feature->vector);
+        else if (plane.feature->is_mean)
+          p[plane.at] += *sample.*plane.feature->number;
         else if (pass == 0)
-          p[place_of(f)] = *sample.*f.number;
-      for (int i = 0; i < layer_count_; ++i) add(layers_at + 3 * i, *layer++);
+          p[plane.at] = *sample.*plane.feature->number;
+      }
+      for (int i = 0; i < layer_count_; ++i) add(layers_at_ + 3 * i, *layer++);
     }
   ++tile_passes_[tile_index][stream];
 }
 
 void Film::close_block() {
-  if (!std::exchange(has_closed_, true)) return std::swap(sums_, block_);
+  if (!std::exchange(has_closed_, true)) {
+    std::swap(sums_, block_), std::swap(stream_sums_, stream_block_);
+    return;
+  }
   for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += block_[i];
-  std::ranges::fill(block_.all(), 0.0);
+  for (std::size_t i = 0; i < stream_sums_.size(); ++i) stream_sums_[i] += stream_block_[i];
+  std::ranges::fill(block_.all(), 0.0), std::ranges::fill(stream_block_.all(), 0.0f);
 }
 
 int Film::channels(const std::string& name) const noexcept {
@@ -106,8 +134,9 @@ Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_co
   int streams = 0;
   for (int s = 0; s < stream_count; ++s) {
     if (passes[s] == 0) continue;
-    const int at = combined_at + 3 * s;
-    means[streams] = V3d(sum(pixel, at), sum(pixel, at + 1), sum(pixel, at + 2)) / passes[s];
+    const int at = 3 * s;
+    means[streams] =
+        V3d(stream_sum(pixel, at), stream_sum(pixel, at + 1), stream_sum(pixel, at + 2)) / passes[s];
     mean += means[streams++];
   }
   if (streams == 0) return {V3d(0), V3d(0)};
@@ -124,13 +153,8 @@ void Film::read(const Plane& plane, std::size_t pixel, const std::array<int, str
   const int count = total(passes);
   switch (plane.reading) {
     case Reading::Combined: {
-      V3d c(0);
-      for (int s = 0; s < stream_count; ++s) {
-        const int at = plane.at + 3 * s;
-        c += V3d(sum(pixel, at), sum(pixel, at + 1), sum(pixel, at + 2));
-      }
-      for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(c[i] / count);
-      to[3] = static_cast<float>(sum(pixel, alpha_at) / count);
+      for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(sum(pixel, plane.at + i) / count);
+      to[3] = alpha_at_ < 0 ? 1 : static_cast<float>(sum(pixel, alpha_at_) / count);
       break;
     }
     case Reading::Noise: {
@@ -139,6 +163,12 @@ void Film::read(const Plane& plane, std::size_t pixel, const std::array<int, str
       to[0] = mean > 0
                   ? static_cast<float>(std::sqrt((e.variance.x + e.variance.y + e.variance.z) / 3) / mean)
                   : 0;
+      break;
+    }
+    case Reading::Bias: {
+      const V3d c(sum(pixel, combined_at), sum(pixel, combined_at + 1), sum(pixel, combined_at + 2));
+      const double whole = luminance(c);
+      to[0] = whole > 0 ? static_cast<float>(sum(pixel, plane.at) / whole) : 0;
       break;
     }
     case Reading::Mean:
@@ -174,20 +204,23 @@ double Film::mean_luminance(const std::string& name) const {
   return mean / std::max(1, width_ * height_);
 }
 
-double Film::relative_error() const noexcept {
+double Film::relative_error() const {
   if (finished_passes() < stream_count) return -1;
   const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   const auto at = [this](std::size_t p) {
     return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
   };
-  double image_mean = 0, error = 0;
+  double image_mean = 0;
   for (std::size_t p = 0; p < pixels; ++p) image_mean += luminance(at(p).mean) / static_cast<double>(pixels);
   if (!(square(image_mean / 10) > 0)) return -1;  // a black picture says nothing about what it has not found
+  std::vector<double> errors(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
     const Estimate e = at(p);
-    error += relative_variance(e.variance, e.mean, image_mean);
+    errors[p] = relative_variance(e.variance, e.mean, image_mean);
   }
-  return std::sqrt(error / static_cast<double>(pixels));
+  const auto kept = errors.begin() + static_cast<std::ptrdiff_t>(kept_by_trim(pixels));
+  std::ranges::nth_element(errors, kept == errors.end() ? kept - 1 : kept);
+  return std::sqrt(std::reduce(errors.begin(), kept) / static_cast<double>(kept - errors.begin()));
 }
 
 int Film::finished_passes() const noexcept {
@@ -202,12 +235,14 @@ bool Film::has_samples() const noexcept {
 
 std::uint64_t Film::hash() const noexcept {
   std::uint64_t h = mix(static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
-    const double total_sum = sums_[i] + block_[i];
+  const auto add = [&h](double total_sum) {
     std::uint64_t bits;
     std::memcpy(&bits, &total_sum, sizeof bits);
     h = mix(h, bits);
-  }
+  };
+  for (std::size_t i = 0; i < sums_.size(); ++i) add(sums_[i] + block_[i]);
+  for (std::size_t i = 0; i < stream_sums_.size(); ++i)
+    add(static_cast<double>(stream_sums_[i]) + static_cast<double>(stream_block_[i]));
   return h;
 }
 

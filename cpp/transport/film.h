@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where samples add up. Sums are double; Combined is kept per stream (stream = pass mod 4), whose spread is
-// an honest noise estimate under randomised quasi-Monte Carlo. A block of 8 passes is summed alone and blocks
-// are added in index order, so any split into processes gives the same bits (design §5). Knows nothing of
-// radii, photons or files. Not locked: the session does that.
+// Where samples add up, in planes for the render passes that somebody asked for. Sums are double; Combined is
+// also kept per stream (stream = pass mod 4), whose spread is an honest noise estimate under randomised
+// quasi-Monte Carlo. A block of 8 passes is summed alone and blocks are added in index order, so any split
+// into processes gives the same bits (design §5). Knows nothing of radii, photons or files. Not locked: the
+// session does that.
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,13 +30,24 @@ inline constexpr int passes_per_block = 8;
   return sum;
 }
 
+// Errors of pictures are told without the worst 0.1 % of their pixels: there one path in many brings so much
+// that neither its error nor an estimate of it says anything of the others. So many of them count.
+[[nodiscard]] inline std::size_t kept_by_trim(std::size_t pixels) noexcept { return pixels - pixels / 1000; }
+
+// What a film holds beside Combined and its noise.
+struct FilmContents {
+  std::vector<std::string> layers = {};                 // under names of their own
+  std::optional<std::vector<std::string>> passes = {};  // fixed passes by name; empty: all
+  bool is_opaque = false;                               // alpha is 1 everywhere, and no plane of its own
+};
+
 class Film {
  public:
   static constexpr int tile = 32;
 
   // Of a border whose corner is (x0, y0) in the full frame: tiles are the full frame's, cut off at the
-  // border. Layers come behind the fixed passes, under names of their own.
-  Film(int width, int height, std::vector<std::string> layers = {}, int x0 = 0, int y0 = 0);
+  // border.
+  Film(int width, int height, FilmContents contents = {}, int x0 = 0, int y0 = 0);
 
   [[nodiscard]] int width() const noexcept { return width_; }
   [[nodiscard]] int height() const noexcept { return height_; }
@@ -53,42 +66,40 @@ class Film {
                 std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // Render passes by their public names: Combined, one per Part, those of PixelSample's features, Noise.
-  // Fixed: no layer may be called so.
+  // Render passes by their public names: Combined, one per Part, those of PixelSample's features, Noise,
+  // Bias.
+  // Fixed: no layer may be called so, whether or not the film holds it.
   struct PassName {
     std::string name, channels;  // channels: a letter each, as files name them
   };
   [[nodiscard]] static std::vector<PassName> fixed_passes();
   [[nodiscard]] static bool is_fixed(const std::string& name);
-  // 0: there is no such pass, fixed or a layer's.
+  // 0: the film holds no such pass, fixed or a layer's.
   [[nodiscard]] int channels(const std::string& name) const noexcept;
   // Float, `channels(name)` per pixel, row 0 at the bottom. Each tile is divided by its own number of passes,
   // so an unfinished pass may be looked at; Depth is that of pass 0. Unknown names give an empty vector.
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
   [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
-  // Relative standard error of the whole picture, 0.01 = 1 %: sqrt(mean of var / (mean² + (image mean /
-  // 10)²)); < 0: fewer than 4 passes, or black.
-  [[nodiscard]] double relative_error() const noexcept;
+  // Relative standard error of the whole picture, 0.01 = 1 %: the square root of the mean over pixels, but for
+  // the worst (kept_by_trim), of var / (mean² + (image mean / 10)²); < 0: fewer than 4 passes, or black.
+  [[nodiscard]] double relative_error() const;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
   [[nodiscard]] std::uint64_t hash() const noexcept;   // of all sums, bit for bit
-  [[nodiscard]] std::size_t bytes() const noexcept { return 2 * sums_.size() * sizeof(double); }
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return 2 * (sums_.size() * sizeof(double) + stream_sums_.size() * sizeof(float));
+  }
 
  private:
-  // Doubles per pixel: Combined of each stream, then the numbers of a PixelSample, then layers.
-  static constexpr int combined_at = 0, parts_at = 3 * stream_count, layers_at = parts_at + sample_numbers;
-  [[nodiscard]] static constexpr int place_of(const Feature& feature) noexcept {
-    return parts_at + numbers_before(&feature);
-  }
-  static constexpr int alpha_at = parts_at + numbers_before(&features[0]);
-  static_assert(features[0].number == &PixelSample::alpha);
-
-  enum class Reading : std::uint8_t { Combined, Mean, Single, Noise };
+  // Where a render pass comes from: one of these, or none for Combined and Noise, or a layer.
+  enum class Reading : std::uint8_t { Combined, Mean, Single, Noise, Bias };
   struct Plane {
     PassName pass;
-    Reading reading;
-    int at;
+    Reading reading = Reading::Mean;
+    int part = -1;                     // of PixelSample
+    const Feature* feature = nullptr;  // of PixelSample
+    int at = 0;                        // its place among the doubles of a pixel
     [[nodiscard]] int channels() const noexcept { return static_cast<int>(pass.channels.size()); }
   };
   [[nodiscard]] static std::vector<Plane> fixed_planes();
@@ -108,12 +119,23 @@ class Film {
   [[nodiscard]] Estimate estimate(std::size_t pixel,
                                   const std::array<int, stream_count>& passes) const noexcept;
 
+  [[nodiscard]] double stream_sum(std::size_t pixel, int at) const noexcept {
+    const std::size_t i = pixel * stream_numbers + static_cast<std::size_t>(at);
+    return static_cast<double>(stream_sums_[i]) + static_cast<double>(stream_block_[i]);
+  }
+  int add_planes(FilmContents contents);
+
+  static constexpr int combined_at = 0;                            // among the doubles of a pixel
+  static constexpr std::size_t stream_numbers = 3 * stream_count;  // of a pixel: Combined of each stream
   int width_, height_;
   int before_x_, before_y_;  // of the first tile, cut off
   std::vector<Plane> planes_;
-  int layer_count_, stride_;
+  int alpha_at_ = -1;  // among the doubles of a pixel; < 0: it is 1
+  int layer_count_ = 0, layers_at_ = 0, stride_;
   Zeros<double> sums_, block_;  // of the closed blocks; of the open one
-  bool has_closed_ = false;     // a block: else there are zeros in sums_
+  // The same of the streams: they tell the noise and no more, for which floats are good enough.
+  Zeros<float> stream_sums_, stream_block_;
+  bool has_closed_ = false;  // a block: else there are zeros in sums_
   std::vector<std::array<int, stream_count>> tile_passes_;
 };
 

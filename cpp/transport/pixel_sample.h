@@ -29,7 +29,9 @@ static_assert(name_of(Part{part_count - 1}) && !name_of(Part{part_count}), "part
 // One view sample, or the mean of a pass's samples of one pixel.
 struct PixelSample {
   std::array<Color, part_count> parts;  // radiance, W/m²/sr
-  float alpha = 0;                      // 0 where the world is seen
+  // luminance by which each part is expected to be too bright, as far as kernels of photons blur it
+  std::array<float, part_count> bias{};
+  float alpha = 0;  // 0 where the world is seen
   // along the view axis (m); the world: 1e10, as Blender has it. No mean: between two things there is nothing
   float depth = 0;
   V3f normal{0};    // shading normal at the first hit
@@ -39,6 +41,11 @@ struct PixelSample {
   [[nodiscard]] Color combined() const noexcept {
     Color sum = parts[0];
     for (std::size_t i = 1; i < part_count; ++i) sum += parts[i];
+    return sum;
+  }
+  [[nodiscard]] float total_bias() const noexcept {
+    float sum = 0;
+    for (const float b : bias) sum += b;
     return sum;
   }
   void operator+=(const PixelSample& o) noexcept;
@@ -60,9 +67,10 @@ inline constexpr Feature features[] = {
     {.name = "Albedo", .channels = "RGB", .vector = &PixelSample::albedo},
 };
 
-// Numbers of a PixelSample before one of its features; before the end of all: how many there are.
+// Numbers of a PixelSample before one of its features, behind its parts and their bias; before the end of
+// all: how many there are.
 [[nodiscard]] constexpr int numbers_before(const Feature* feature) noexcept {
-  int numbers = 3 * part_count;
+  int numbers = 4 * part_count;
   for (const Feature* f = features; f != feature; ++f) numbers += static_cast<int>(f->channels.size());
   return numbers;
 }
@@ -70,7 +78,7 @@ inline constexpr int sample_numbers = numbers_before(std::end(features));
 static_assert(sizeof(PixelSample) == sample_numbers * sizeof(float), "each member has a row");
 
 inline void PixelSample::operator+=(const PixelSample& o) noexcept {
-  for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i];
+  for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i], bias[i] += o.bias[i];
   for (const Feature& f : features)
     if (f.vector)
       this->*f.vector += o.*f.vector;
@@ -81,6 +89,7 @@ inline void PixelSample::operator+=(const PixelSample& o) noexcept {
 }
 inline PixelSample& PixelSample::operator*=(float factor) noexcept {
   for (Color& part : parts) part *= factor;
+  for (float& b : bias) b *= factor;
   for (const Feature& f : features)
     if (f.vector)
       this->*f.vector *= factor;

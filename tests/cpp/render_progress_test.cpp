@@ -68,11 +68,14 @@ TEST(SecondsLeft, AreThoseToTheNearestStop) {
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 1000)), 160);
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 30)), 0);  // it ends with this pass
   // Twice the error takes four times the passes.
-  now.relative_error = 0.02;
-  EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.01)), 120);
+  now.accuracy.pass = 20, now.accuracy.noise = 0.02;
+  EXPECT_NEAR(seconds_left(now, settings(100, 0, 0.01)), 120, 1e-6);
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.05)), 0);
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.001)), 160);
-  now.relative_error = -1;
+  // Half the bias takes eight times the passes.
+  now.accuracy.noise = 0, now.accuracy.bias = 0.02;
+  EXPECT_NEAR(seconds_left(now, settings(1000, 0, 0.01)), 40 * (8 - 1), 1e-6);
+  now.accuracy.noise = -1;
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.01)), 160);
 }
 

@@ -45,7 +45,7 @@ TEST(Session, RendersThePassesThatWereAskedFor) {
   EXPECT_EQ(end.stop_reason, StopReason::Passes);
   EXPECT_EQ(end.pass, 5);
   EXPECT_EQ(end.photons, session.statistics().counts.photon_paths);
-  EXPECT_GT(end.relative_error, 0);  // measured after the fourth pass
+  EXPECT_GT(end.accuracy.noise, 0);  // measured after the fourth pass
   EXPECT_FALSE(end.failure);
   const auto pictures = session.pictures({"Combined", "Depth"});
   ASSERT_EQ(pictures.size(), 2u);

@@ -236,7 +236,7 @@ KernelSums sums_of(Kernel kernel, float radius, float step) {
   PhotonMap map;
   build(map, kernel, chunks, radius, pool);
   KernelSums sums;
-  const auto found = [&](const Photon& photon, const Color& radiance, bool) {
+  const auto found = [&](const Photon& photon, const Color& radiance, float, bool) {
     const double weight = radiance.x * pi;
     sums.all += weight, sums.blur += weight * square(photon.position.x), sums.squares += square(weight);
   };
@@ -282,7 +282,7 @@ TEST(Density, WidthsOfAllKindsKeepLight) {
       for (int y = -150; y <= 150; ++y) {
         Vertex v = white_floor();
         v.hit.position = V3d(x, y, 0) * step;
-        const auto found = [&](const Photon&, const Color& radiance, bool) { received += radiance.x; };
+        const auto found = [&](const Photon&, const Color& radiance, float, bool) { received += radiance.x; };
         received += estimate_density(
                         map, Receiver(v, gathering), Reaches{0.09f, 0.8f}, {sums, 10, false},
                         [](std::uint32_t) { return SumAnswer(); }, found)
@@ -315,7 +315,7 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   const auto ask = [](std::uint32_t q) { return SumAnswer{q % 4 != 1, q % 4 == 1 || q % 4 == 2}; };
   std::set<std::uint32_t> summed, handed_over;
   V3d expected(0);
-  density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, bool) {
+  density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, float, bool) {
     const bool may_be = !photon.met_gate && photon.depth <= depth,
                is_summed = may_be && (!asks || ask(photon.q).is_summed);
     if (is_summed) expected += V3d(radiance), summed.insert(photon.q);
@@ -328,7 +328,7 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
 #endif
   std::set<std::uint32_t> found;
   const Sum sum = density(map, kernel, radius, {true, depth, asks}, ask,
-                          [&](const Photon& photon, const Color&, bool is_summed) {
+                          [&](const Photon& photon, const Color&, float, bool is_summed) {
                             found.insert(photon.q);
                             EXPECT_EQ(is_summed, sums_lanes && summed.contains(photon.q));
                           });

@@ -49,7 +49,7 @@ struct Renderer {
   std::uint64_t pass_hash(int pass) {
     std::vector<std::string> layers;
     for (const LayerDescription& layer : scene.edits().layers()) layers.push_back(layer.name);
-    Film film(48, 40, layers);
+    Film film(48, 40, {.layers = layers});
     const PassContext context{scene, settings, effects, guide, pass};
     EXPECT_TRUE(photon_pass.run(context, pool, cancel, photons, counts));
     EXPECT_TRUE(view_pass.run(context, photons, pool, cancel, film, lock, counts));

@@ -131,10 +131,20 @@ class Receiver {
   bool is_like_ = false;
 };
 
+// The bias of a density grows with the kernel's radius, as r² where the density is smooth (Silverman 1986,
+// eq. 3.14), so a kernel of half the area has half of it, and twice the difference of both is an estimate of
+// it (Richardson's extrapolation). At an edge, where it grows more slowly, that is still near: its root mean
+// square is 1.6 times the difference's. Both sums go over the same photons, so that it costs no other query.
+// Of one photon: the bias that it tells of, relative to what it brings, by the kernel's value there and that
+// of the smaller kernel.
+[[nodiscard]] inline float bias_share(float kernel, float smaller_kernel) noexcept {
+  return kernel > 0 ? 2 * (kernel - smaller_kernel) / kernel : 0;
+}
+
 // Both estimators return the sum of f Φ k over the photons that `rule` lets in, where the kernel k integrates
-// to 1 over the surface. They call found(photon, f Φ k, is_summed) for every other photon that the kernel
-// reaches, and for a photon of the sum if ask(q), called for its state q, wants it handed over as well. Only
-// flat diffuse receivers (Receiver::is_flat) sum; others hand over every photon.
+// to 1 over the surface. They call found(photon, f Φ k, its bias_share, is_summed) for every other photon that
+// the kernel reaches, and for a photon of the sum if ask(q), called for its state q, wants it handed over as
+// well. Only flat diffuse receivers (Receiver::is_flat) sum; others hand over every photon.
 //
 // At y, one radius for all photons: k = 1 / (π r²), the fewest photons to look at.
 template <class Ask, class Found>
@@ -143,8 +153,10 @@ template <class Ask, class Found>
                                           Found&& found) {
   if (receiver.empty()) return {};
   const float per_reach2 = 1 / square(radius), k = 1 / pi * per_reach2;
+  const float half_area = square(radius) / 2;
   const auto hand_over = [&](const Photon& photon, bool is_summed) {
-    found(photon, receiver.f(photon) * photon.flux() * k, is_summed);
+    const bool is_near = (photon.position - receiver.position()).length2() < half_area;
+    found(photon, receiver.f(photon) * photon.flux() * k, bias_share(1, is_near ? 2 : 0), is_summed);
   };
 #if defined(__AVX2__)
   if (rule.sums && receiver.is_flat()) {
@@ -152,7 +164,10 @@ template <class Ask, class Found>
     map.visit(receiver.position(), radius, receiver.extent(radius), [&](const PhotonMap::Lanes& lanes) {
       const unsigned lying = receiver.accepts(map, lanes, _mm256_set1_ps(per_reach2));
       if (!lying) return;
-      const auto [summed, handed_over] = sum.add(lanes, lying, _mm256_set1_ps(1), ask);
+      const __m256 is_near = _mm256_cmp_ps(lanes.distance2, _mm256_set1_ps(half_area), _CMP_LT_OQ);
+      const __m256 bias =
+          _mm256_blendv_ps(_mm256_set1_ps(bias_share(1, 0)), _mm256_set1_ps(bias_share(1, 2)), is_near);
+      const auto [summed, handed_over] = sum.add(lanes, lying, _mm256_set1_ps(1), bias, ask);
       for (unsigned left = handed_over; left; left &= left - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
         hand_over(map[lanes.first + lane], (summed >> lane) & 1);
@@ -176,9 +191,10 @@ template <class Ask, class Found>
                                           Found&& found) {
   if (receiver.empty()) return {};
   const auto hand_over = [&](const Photon& photon, float per_reach2, bool is_summed) {
-    const float closeness = 1 - (photon.position - receiver.position()).length2() * per_reach2;
-    found(photon, receiver.f(photon) * photon.flux() * (2 / pi * per_reach2 * std::max(0.0f, closeness)),
-          is_summed);
+    const float closeness =
+        std::max(0.0f, 1 - (photon.position - receiver.position()).length2() * per_reach2);
+    found(photon, receiver.f(photon) * photon.flux() * (2 / pi * per_reach2 * closeness),
+          bias_share(closeness, 2 * std::max(0.0f, 2 * closeness - 1)), is_summed);
   };
 #if defined(__AVX2__)
   if (rule.sums && receiver.is_flat()) {
@@ -186,8 +202,13 @@ template <class Ask, class Found>
     map.visit(receiver.position(), reaches, receiver.extent(1), [&](const PhotonMap::ReachLanes& lanes) {
       const unsigned lying = receiver.accepts(map, lanes, lanes.per_reach2);
       if (!lying) return;
+      // 2 (c - 2 max(0, 2c - 1)), as bias_share has it
+      const __m256 c2 = _mm256_add_ps(lanes.closeness, lanes.closeness),
+                   smaller = _mm256_max_ps(_mm256_setzero_ps(), _mm256_sub_ps(c2, _mm256_set1_ps(1)));
+      const __m256 bias = _mm256_sub_ps(c2, _mm256_mul_ps(_mm256_set1_ps(4), smaller));
       const auto [summed, handed_over] =
-          sum.add(lanes, lying, _mm256_mul_ps(lanes.closeness, lanes.per_reach2), ask);
+          sum.add(lanes, lying, _mm256_mul_ps(lanes.closeness, lanes.per_reach2),
+                  _mm256_mul_ps(bias, lanes.per_reach2), ask);
       for (unsigned left = handed_over; left; left &= left - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
         hand_over(map[lanes.first + lane], map.per_reach2(lanes.first + lane), (summed >> lane) & 1);

@@ -22,6 +22,7 @@ struct SumAnswer {
 };
 struct Sum {
   Color radiance{0};
+  float bias = 0;  // luminance (density.h)
   std::uint32_t photons = 0;
 };
 
@@ -34,9 +35,11 @@ class FlatSum {
   struct Split {
     unsigned summed, handed_over;  // lanes, bit set
   };
-  // Adds those of the lanes `lying` on the surface that belong to the sum, with their weights.
+  // Adds those of the lanes `lying` on the surface that belong to the sum, with their weights, and with those
+  // of the kernel's bias.
   template <class Ask>
-  [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, const __m256& weights, Ask&& ask) {
+  [[nodiscard]] Split add(const PhotonMap::Lanes& lanes, unsigned lying, const __m256& weights,
+                          const __m256& bias_weights, Ask&& ask) {
     const __m256i tags = map_.tags(lanes);
     // The bit of photons that met a gate lies above those of depth, so the one comparison rejects them too.
     const __m256i depth_or_gate =
@@ -46,20 +49,26 @@ class FlatSum {
     if (rule_.asks) ask_states(_mm256_srli_epi32(tags, PhotonMap::tag_bits_below_q), split, ask);
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
     const __m256i chosen = _mm256_and_si256(_mm256_set1_epi32(static_cast<int>(split.summed)), bit);
-    const __m256 weight = _mm256_and_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit)), weights);
-    for (int c = 0; c < 3; ++c) sum_[c] = _mm256_add_ps(sum_[c], _mm256_mul_ps(weight, map_.flux(lanes, c)));
+    const __m256 is_chosen = _mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, bit));
+    const __m256 weight = _mm256_and_ps(is_chosen, weights),
+                 bias_weight = _mm256_and_ps(is_chosen, bias_weights);
+    for (int c = 0; c < 3; ++c) {
+      const __m256 flux = map_.flux(lanes, c);
+      sum_[c] = _mm256_add_ps(sum_[c], _mm256_mul_ps(weight, flux));
+      bias_[c] = _mm256_add_ps(bias_[c], _mm256_mul_ps(bias_weight, flux));
+    }
     count_ += static_cast<std::uint32_t>(std::popcount(split.summed));
     return split;
   }
 
   [[nodiscard]] Sum sum(const Color& scale) const noexcept {
     Sum out{.photons = count_};
+    Color bias;
     for (int c = 0; c < 3; ++c) {
-      alignas(32) float lane[8];
-      _mm256_store_ps(lane, sum_[c]);
-      out.radiance[c] = scale[c] * (((lane[0] + lane[1]) + (lane[2] + lane[3])) +
-                                    ((lane[4] + lane[5]) + (lane[6] + lane[7])));
+      out.radiance[c] = scale[c] * sum_of(sum_[c]);
+      bias[c] = scale[c] * sum_of(bias_[c]);
     }
+    out.bias = luminance(bias);
     return out;
   }
   [[nodiscard]] static unsigned bits_of(__m256i lanes) noexcept {
@@ -67,6 +76,11 @@ class FlatSum {
   }
 
  private:
+  [[nodiscard]] static float sum_of(const __m256& lanes) noexcept {
+    alignas(32) float lane[8];
+    _mm256_store_ps(lane, lanes);
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+  }
   // Neighbours are often in one state, and most states are summed and no more.
   template <class Ask>
   void ask_states(__m256i states, Split& split, Ask&& ask) {
@@ -87,6 +101,7 @@ class FlatSum {
   const SumRule& rule_;
   __m256i deepest_;
   __m256 sum_[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
+  __m256 bias_[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
   std::uint32_t count_ = 0, q_ = ~0u;  // no photon's
   SumAnswer answer_;
 };

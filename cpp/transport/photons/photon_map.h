@@ -63,6 +63,7 @@ class PhotonMap {
     std::uint32_t first;
     unsigned inside;  // bit set
     __m256 x, y, z;   // from the place asked
+    __m256 distance2;
   };
   struct ReachLanes : Lanes {
     __m256 per_reach2, closeness;  // 1 - distance² / reach²
@@ -246,7 +247,7 @@ void PhotonMap::visit(const V3f& p, float radius, const V3f& extent, Look&& look
           _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_add_ps(_mm256_mul_ps(y, y), _mm256_mul_ps(z, z)));
       auto inside = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(distance2, r2, _CMP_LT_OQ)));
       if (end - i < lane_count) inside &= (1u << (end - i)) - 1;
-      if (inside) look(Lanes{i, inside, x, y, z});
+      if (inside) look(Lanes{i, inside, x, y, z, distance2});
     }
   });
 }
@@ -267,7 +268,7 @@ void PhotonMap::visit(const V3f& p, const Reaches& reaches, const V3f& extent, L
       auto inside = static_cast<unsigned>(
           _mm256_movemask_ps(_mm256_cmp_ps(closeness, _mm256_setzero_ps(), _CMP_GT_OQ)));
       if (end - i < lane_count) inside &= (1u << (end - i)) - 1;
-      if (inside) look(ReachLanes{{i, inside, x, y, z}, per_reach2, closeness});
+      if (inside) look(ReachLanes{{i, inside, x, y, z, distance2}, per_reach2, closeness});
     }
   });
 }

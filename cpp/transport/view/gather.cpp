@@ -12,22 +12,22 @@ struct ByArrival {
   SampleSums& sums;
   const Sample& sample;
   const ViewPath& path;
-  Color caustics{0}, edited{0};
+  BlurredLight caustics = {}, edited = {};
 
-  void add_to_sum(Arrival arrival, const Color& radiance) noexcept {
-    (is_edited(arrival) ? edited : caustics) += radiance;
+  void add_to_sum(Arrival arrival, const BlurredLight& light) noexcept {
+    (is_edited(arrival) ? edited : caustics) += light;
   }
   void credit(const Color& radiance, StateId q) const noexcept {
     sums.credit(sample, q, radiance * path.weight);
   }
-  void add(Arrival arrival, const Color& radiance, const JoinResult& joined) const noexcept {
-    sums.add(is_edited(arrival) ? Part::Edited : Part::Caustics, sample, path, radiance, joined);
+  void add(Arrival arrival, const BlurredLight& light, const JoinResult& joined) const noexcept {
+    sums.add(is_edited(arrival) ? Part::Edited : Part::Caustics, sample, path, light, joined);
   }
   void note_state(StateId) const noexcept {}
   // `more` was summed without being handed over; FlatSum leaves out photons that met a gate, so it is no
   // edited light.
-  void finish(const Color& more) const noexcept {
-    sums.add(Part::Caustics, sample, path, caustics + more, {picture});
+  void finish(BlurredLight more) const noexcept {
+    sums.add(Part::Caustics, sample, path, more += caustics, {picture});
     sums.add(Part::Edited, sample, path, edited, {picture});
   }
 };

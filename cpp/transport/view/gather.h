@@ -81,15 +81,15 @@ template <class Sink>
 struct ThroughLobe {
   const Sink& sink;
   const LobeThroughput& lobe;
-  Color sum{0};
+  BlurredLight sum = {};
 
-  void add_to_sum(Arrival, const Color& radiance) noexcept { sum += radiance; }
+  void add_to_sum(Arrival, const BlurredLight& light) noexcept { sum += light; }
   void credit(const Color& radiance, StateId q) const { sink.credit(lobe, radiance, q); }
-  void add(Arrival, const Color& radiance, const JoinResult& joined) const {
-    sink.add(lobe, radiance, joined);
+  void add(Arrival, const BlurredLight& light, const JoinResult& joined) const {
+    sink.add(lobe, light, joined);
   }
   void note_state(StateId q) const { sink.note_state(q); }
-  void finish(const Color& more) const { sink.add(lobe, sum + more, {picture}); }
+  void finish(BlurredLight more) const { sink.add(lobe, more += sum, {picture}); }
 };
 
 template <class Reach, class Out>
@@ -105,29 +105,30 @@ void Gather::add_photons(const PhotonMap& map, const Reach& reach, const PhotonR
     out.note_state(selection_.state_of_photon(q));
     return run.answer();
   };
-  const auto found = [&](const Photon& photon, const Color& radiance, bool is_summed) {
+  const auto found = [&](const Photon& photon, const Color& radiance, float share, bool is_summed) {
     if (photon.depth > depth) return void(++counts.depth_capped);
     if (run.is_new(photon)) ask(photon.q);
+    const BlurredLight light(radiance, share * luminance(radiance));
     if (run.is_plain()) {
       ++counts.photons_gathered;
-      return out.add_to_sum(photon.arrival, radiance);
+      return out.add_to_sum(photon.arrival, light);
     }
     const JoinResult& joined = sums_.counted(run.joined());
     if (!joined.images) return;
     counts.photons_gathered += !is_summed;
     if (sums && !is_summed) {
-      out.add_to_sum(photon.arrival, radiance);
+      out.add_to_sum(photon.arrival, light);
       out.credit(radiance, joined.q);
     }
     // what is left of the images goes on photon by photon
     const ImageSet left = sums ? joined.images & ~picture : joined.images;
-    if (left) out.add(photon.arrival, radiance, {left, joined.q});
+    if (left) out.add(photon.arrival, light, {left, joined.q});
   };
   const SumRule sum_rule{sums, depth, selection_.asks_state(group.constraint) || rule.asks_states};
   const Sum sum =
       estimate_density(map, Receiver(rule.vertex, group.lobes, rule.distance), reach, sum_rule, ask, found);
   counts.photons_gathered += sum.photons;
-  if (sums) out.finish(sum.radiance);
+  if (sums) out.finish({sum.radiance, sum.bias});
 }
 
 template <class Sink>

@@ -7,24 +7,26 @@
 
 #include "base/colour.h"
 #include "edit/state_table.h"
+#include "transport/blurred_light.h"
 
 namespace sluice {
 
 struct OutgoingRadiance {
   Color picture{0};
+  float bias = 0;  // of the picture's (BlurredLight)
   std::vector<Color> layers;
   // the picture's, by edits that took it on its way: for their statistics
   std::vector<std::pair<std::uint32_t, Color>> taken;
 
   void clear(std::size_t layer_count) {
-    picture = Color(0);
+    picture = Color(0), bias = 0;
     layers.assign(layer_count, Color(0));
     taken.clear();
   }
-  void add(const Color& radiance, ImageSet images) noexcept {
-    if (images & sluice::picture) picture += radiance;
+  void add(const BlurredLight& light, ImageSet images) noexcept {
+    if (images & sluice::picture) picture += light.radiance, bias += light.bias;
     for (ImageSet left = images >> 1; left; left &= left - 1)
-      layers[static_cast<std::size_t>(std::countr_zero(left))] += radiance;
+      layers[static_cast<std::size_t>(std::countr_zero(left))] += light.radiance;
   }
   void credit(std::uint32_t edit, const Color& radiance) {
     const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);

@@ -16,6 +16,7 @@ void SampleSums::start(Sample& sample) {
   Sums& sums = sums_[sample.index];
   sums.sample = {}, sums.light_variance = V3d(0);
   sums.layers.assign(scene_.edits().layers().size(), Color(0));
+  if (sample.asked.is_probed) sums.edits.assign(static_cast<std::size_t>(scene_.edits().size()), 0);
   sample.is_recorded = sample.asked.seeks == Seeks::Emission;  // other samples tell
   hue_gates.clear();
 }
@@ -46,9 +47,9 @@ void SampleSums::add_up(Color& sum, const Color& radiance) noexcept {
   for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
 }
 
-void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, Color radiance,
+void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, const BlurredLight& light,
                      const JoinResult& joined) noexcept {
-  radiance = hue_gates.to_eye(radiance * path.weight, path.hue);
+  const Color radiance = hue_gates.to_eye(light.radiance * path.weight, path.hue);
   if (!is_finite(radiance)) {
     ++counts.non_finite;
     return;
@@ -56,6 +57,7 @@ void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, Colo
   Sums& sums = sums_[sample.index];
   if (joined.images & picture) {
     add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
+    sums.sample.bias[static_cast<std::size_t>(part)] += light.bias_of(radiance);
     credit(sample, joined.q, radiance);
   }
   for (ImageSet layers = joined.images >> 1; layers; layers &= layers - 1)
@@ -68,22 +70,27 @@ void SampleSums::add(Part part, std::size_t sample, const OutgoingRadiance& ligh
   if (!is_finite(radiance)) return void(++counts.non_finite);
   Sums& sums = sums_[sample];
   add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
+  sums.sample.bias[static_cast<std::size_t>(part)] +=
+      BlurredLight(light.picture, light.bias).bias_of(radiance);
   for (std::size_t l = 0; l < sums.layers.size(); ++l) add_up(sums.layers[l], light.layers[l] * factor);
-  for (const auto& [edit, share] : light.taken)
-    counts.of_edit(static_cast<int>(edit)).shown += luminance(share * factor) * bundle_[sample].share;
+  for (const auto& [edit, share] : light.taken) credit(sample, edit, luminance(share * factor));
 }
 
 void SampleSums::credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept {
   if (!is_finite(radiance)) return;
-  const float shown = luminance(radiance) * sample.asked.share;
-  for (const std::uint32_t edit : selection_.acted_edits(q))
-    counts.of_edit(static_cast<int>(edit)).shown += shown;
+  for (const std::uint32_t edit : selection_.acted_edits(q)) credit(sample.index, edit, luminance(radiance));
 }
 
-void SampleSums::add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined) {
-  if (!is_finite(radiance)) return void(++counts.non_finite);
-  to.add(radiance, joined.images);
-  if (joined.images & picture) credit(to, radiance, joined.q);
+void SampleSums::credit(std::size_t sample, std::size_t edit, float luminance) noexcept {
+  const float shown = luminance * bundle_[sample].share;
+  counts.of_edit(static_cast<int>(edit)).shown += shown;
+  if (bundle_[sample].is_probed) sums_[sample].edits[edit] += shown;
+}
+
+void SampleSums::add(OutgoingRadiance& to, const BlurredLight& light, const JoinResult& joined) {
+  if (!is_finite(light.radiance)) return void(++counts.non_finite);
+  to.add(light, joined.images);
+  if (joined.images & picture) credit(to, light.radiance, joined.q);
 }
 
 void SampleSums::credit(OutgoingRadiance& to, const Color& radiance, StateId q) const {

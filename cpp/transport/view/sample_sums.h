@@ -30,6 +30,8 @@ class SampleSums {
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept {
     return sums_[index].layers;
   }
+  // Luminance that each edit took on its way, of a sample with ViewSample::is_probed.
+  [[nodiscard]] std::span<const float> edits(std::size_t index) const noexcept { return sums_[index].edits; }
   // Of the mean direct light of a sample with ViewSample::measures_lights, from two light samples at each v.
   [[nodiscard]] V3d& light_variance(std::size_t index) noexcept { return sums_[index].light_variance; }
   [[nodiscard]] const V3d& light_variance(std::size_t index) const noexcept {
@@ -45,7 +47,7 @@ class SampleSums {
   void finish(const Sample& sample) noexcept;
 
   // Radiance that reaches the path's far end goes on to the eye, into the images that it belongs to.
-  void add(Part part, const Sample& sample, const ViewPath& path, Color radiance,
+  void add(Part part, const Sample& sample, const ViewPath& path, const BlurredLight& light,
            const JoinResult& joined) noexcept;
   // The same for what leaves a point that several paths see, to the sample with this index. `factor`: of its
   // path, all the way to the eye.
@@ -55,7 +57,7 @@ class SampleSums {
     if (selection_.has_acted_edits(q)) credit_takers(sample, q, radiance);
   }
   // Both for radiance that leaves such a point.
-  void add(OutgoingRadiance& to, const Color& radiance, const JoinResult& joined);
+  void add(OutgoingRadiance& to, const BlurredLight& light, const JoinResult& joined);
   void credit(OutgoingRadiance& to, const Color& radiance, StateId q) const;
 
   // Counts what a cap or an entry kept from the eye.
@@ -72,9 +74,11 @@ class SampleSums {
   struct Sums {
     PixelSample sample;
     std::vector<Color> layers;
+    std::vector<float> edits;
     V3d light_variance;
   };
   void add_up(Color& sum, const Color& radiance) noexcept;
+  void credit(std::size_t sample, std::size_t edit, float luminance) noexcept;
   void count_lost(const JoinResult& joined) noexcept;
   void credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept;
 

@@ -15,8 +15,9 @@ struct ToEye {
   const ViewPath& path;
 
   // Radiance that leaves y goes on through a lobe of v.
-  void add(const LobeThroughput& lobe, const Color& radiance, const JoinResult& joined) const noexcept {
-    sums.add(Part::Indirect, sample, path, radiance * lobe.weight, joined);
+  void add(const LobeThroughput& lobe, const BlurredLight& light, const JoinResult& joined) const noexcept {
+    const Color radiance = light.radiance * lobe.weight;
+    sums.add(Part::Indirect, sample, path, {radiance, light.bias_of(radiance)}, joined);
   }
   // Radiance added in a sum counts for the edits that took it.
   void credit(const LobeThroughput& lobe, const Color& radiance, StateId q) const noexcept {
@@ -33,8 +34,8 @@ struct ToGatherPoint {
   GatherPoint& point;
   EntryOcclusion& occlusion;
 
-  void add(const LobeThroughput& lobe, const Color& radiance, const JoinResult& joined) const {
-    sums.add(point.light[point.index_of(lobe)], radiance, joined);
+  void add(const LobeThroughput& lobe, const BlurredLight& light, const JoinResult& joined) const {
+    sums.add(point.light[point.index_of(lobe)], light, joined);
   }
   void credit(const LobeThroughput& lobe, const Color& radiance, StateId q) const {
     sums.credit(point.light[point.index_of(lobe)], radiance, q);

@@ -15,11 +15,12 @@ struct Pixel {
   // of the tile: else it is traced for the others' sake, so that the picture does not depend on the border
   bool is_inside;
   SampleCount count;  // in a pass
+  int probe;          // < 0: it is none
 };
 
 class PixelGroup {
  public:
-  PixelGroup(const PassContext& context, int x0, int y0, const Film::Box& box)
+  PixelGroup(const PassContext& context, int x0, int y0, const Film::Box& box, const ProbeGrid* grid)
       : key_(key_of(context.settings.seed, Purpose::Turns, static_cast<std::uint64_t>(y0),
                     static_cast<std::uint64_t>(x0))) {
     const FrameDescription& frame = context.scene.frame();
@@ -29,7 +30,8 @@ class PixelGroup {
       const int x = x0 + pixels_apart * i, y = y0 + pixels_apart * j;
       if (x >= frame.width || y >= frame.height) continue;
       const bool inside = x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1;
-      pixels_[count_++] = {x, y, inside, context.guide.samples.at(x, y)};
+      const int probe = inside && grid ? grid->index_of(x, y) : -1;
+      pixels_[count_++] = {x, y, inside, context.guide.samples.at(x, y), probe};
       is_inside_ = is_inside_ || inside;
     }
   }
@@ -69,7 +71,8 @@ ViewSample sample_of(const PassContext& context, const Pixel& pixel, std::uint32
           .key = mix(choices, round),
           .share = pixel.is_inside ? 1 / static_cast<float>(pixel.count.samples) : 0,
           .light_samples = pixel.count.light_samples,
-          .seeks = pixel.count.emission_samples > 0 ? Seeks::AllButEmission : Seeks::All};
+          .seeks = pixel.count.emission_samples > 0 ? Seeks::AllButEmission : Seeks::All,
+          .is_probed = pixel.probe >= 0};
 }
 
 // The same of those of emission alone: points of a sequence of their own.
@@ -80,7 +83,8 @@ ViewSample emission_sample_of(const PassContext& context, const Pixel& pixel, st
           .sampler = sampler_of(context, key, pixel.count.emission_samples, round),
           .key = mix(mix(key, static_cast<std::uint64_t>(context.pass)), round),
           .share = 1 / static_cast<float>(pixel.count.emission_samples),
-          .seeks = Seeks::Emission};
+          .seeks = Seeks::Emission,
+          .is_probed = pixel.probe >= 0};
 }
 
 std::size_t index_in(const Film::Box& box, const Pixel& p) noexcept {
@@ -130,8 +134,12 @@ void trace_rounds(const PassContext& context, const PixelGroup& group, const Fil
     if (bundle[0].seeks != Seeks::Emission)
       deal_segments(context, group.key(), round, std::span(pixels).first(count), bundle);
     tracer.trace(bundle);
-    for (std::size_t i = 0; i < count; ++i)
-      if (pixels[i]->is_inside) tile.add(index_in(box, *pixels[i]), tracer.sample(i), tracer.layers(i));
+    for (std::size_t i = 0; i < count; ++i) {
+      const Pixel& p = *pixels[i];
+      if (!p.is_inside) continue;
+      tile.add(index_in(box, p), tracer.sample(i), tracer.layers(i));
+      if (p.probe >= 0) tile.add_probed(p.probe, index_in(box, p), tracer.edits(i));
+    }
   }
 }
 
@@ -166,6 +174,16 @@ void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<co
   for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l];
 }
 
+void TileSamples::add_probed(int probe, std::size_t pixel, std::span<const float> of_edits) {
+  if (place_of[pixel] < 0) {
+    place_of[pixel] = static_cast<int>(probed.size());
+    probed.push_back({probe, pixel}), edits.insert(edits.end(), of_edits.begin(), of_edits.end());
+    return;
+  }
+  const std::size_t first = static_cast<std::size_t>(place_of[pixel]) * of_edits.size();
+  for (std::size_t e = 0; e < of_edits.size(); ++e) edits[first + e] += of_edits[e];
+}
+
 void TileSamples::scale(std::size_t pixel, float factor) {
   samples[pixel] *= factor;
   const std::size_t count = layers.size() / samples.size();
@@ -178,37 +196,45 @@ ViewPass::ViewPass(const Scene& scene, const TransportSettings& settings, const 
 }
 
 bool ViewPass::run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool,
-                   const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts) {
+                   const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts,
+                   Probes* probes) {
+  const ProbeGrid* grid = probes ? &probes->grid() : nullptr;
   for (ViewTracer& tracer : tracers_) tracer.start_pass(context, photons);
   tile_counts_.assign(static_cast<std::size_t>(film.tile_count()), {});
   pool.parallel_for(static_cast<std::size_t>(film.tile_count()), [&](std::size_t t, int thread) {
     ViewTracer& tracer = tracers_[static_cast<std::size_t>(thread)];
     TileSamples& tile = tiles_[static_cast<std::size_t>(thread)];
     tracer.counts().start(context.scene.edits().size());
-    if (!sample_tile(context, film.box(static_cast<int>(t)), tracer, tile, cancel)) return;
+    if (!sample_tile(context, film.box(static_cast<int>(t)), grid, tracer, tile, cancel)) return;
     tile_counts_[t] = std::move(tracer.counts());
     const std::lock_guard lock(film_lock);
     film.add_tile(static_cast<int>(t), context.pass, tile.samples, tile.layers);
+    for (std::size_t i = 0; i < tile.probed.size(); ++i) {
+      const auto [probe, pixel] = tile.probed[i];
+      const std::size_t count = tile.edits.size() / tile.probed.size();
+      probes->add(probe, context.pass, tile.samples[pixel], std::span(tile.edits).subspan(i * count, count));
+    }
   });
   for (const Counts& t : tile_counts_) counts += t;
   return !cancel;
 }
 
 // The means of a pass's samples, pixel by pixel of the tile. False: cancelled.
-bool ViewPass::sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer, TileSamples& tile,
-                           const std::atomic<bool>& cancel) {
+bool ViewPass::sample_tile(const PassContext& context, Film::Box box, const ProbeGrid* grid,
+                           ViewTracer& tracer, TileSamples& tile, const std::atomic<bool>& cancel) {
   const FrameDescription& frame = context.scene.frame();
   box = {box.x0 + frame.x0, box.y0 + frame.y0, box.x1 + frame.x0, box.y1 + frame.y0};
   const std::size_t pixels =
                         static_cast<std::size_t>(box.x1 - box.x0) * static_cast<std::size_t>(box.y1 - box.y0),
                     layers = context.scene.edits().layers().size();
   tile.samples.assign(pixels, {}), tile.layers.assign(pixels * layers, Color(0));
+  tile.probed.clear(), tile.edits.clear(), tile.place_of.assign(pixels, -1);
   const auto down = [](int x) { return x / cell_side * cell_side; };
   for (int y = down(box.y0); y < box.y1; y += cell_side)
     for (int x = down(box.x0); x < box.x1; x += cell_side)
       for (int part = 0; part < square(pixels_apart); ++part) {
         if (cancel.load(std::memory_order_relaxed)) return false;
-        const PixelGroup group(context, x + part % pixels_apart, y + part / pixels_apart, box);
+        const PixelGroup group(context, x + part % pixels_apart, y + part / pixels_apart, box, grid);
         if (group.is_inside()) sample_pixels(context, group, box, tracer, tile);
       }
   return true;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/threads.h"
+#include "transport/probes.h"
 #include "transport/photons/photon_set.h"
 #include "transport/view/view_tracer.h"
 
@@ -18,7 +19,16 @@ namespace sluice {
 struct TileSamples {
   std::vector<PixelSample> samples;
   std::vector<Color> layers;  // one after the other for each pixel
+  // Pixels that are probes, with the luminance that each edit took of theirs.
+  struct Probed {
+    int probe;
+    std::size_t pixel;
+  };
+  std::vector<Probed> probed;
+  std::vector<int> place_of;  // by pixel: in `probed`, < 0: it is not there
+  std::vector<float> edits;   // one after the other for each of these
   void add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers);
+  void add_probed(int probe, std::size_t pixel, std::span<const float> of_edits);
   void scale(std::size_t pixel, float factor);
 };
 
@@ -26,14 +36,16 @@ class ViewPass {
  public:
   ViewPass(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads);
 
-  // Adds the pass to `film`, which covers the border; `film_lock` is held while a tile is added. False:
-  // cancelled, some tiles are missing.
+  // Adds the pass to `film`, which covers the border, and to the probes, if there are some; `film_lock` is
+  // held while a tile is added. False: cancelled, some tiles are missing.
   [[nodiscard]] bool run(const PassContext& context, const PhotonSet& photons, ThreadPool& pool,
-                         const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts);
+                         const std::atomic<bool>& cancel, Film& film, std::mutex& film_lock, Counts& counts,
+                         Probes* probes = nullptr);
 
  private:
-  [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, ViewTracer& tracer,
-                                        TileSamples& tile, const std::atomic<bool>& cancel);
+  [[nodiscard]] static bool sample_tile(const PassContext& context, Film::Box box, const ProbeGrid* grid,
+                                        ViewTracer& tracer, TileSamples& tile,
+                                        const std::atomic<bool>& cancel);
 
   std::deque<ViewTracer> tracers_;  // per thread; they cannot be moved
   std::vector<TileSamples> tiles_;

@@ -41,6 +41,7 @@ struct ViewSample {
   std::uint32_t light_samples = 1;  // by next-event estimation at each v
   Seeks seeks = Seeks::All;
   bool measures_lights = false;  // there are two of them, to see how far they lie apart
+  bool is_probed = false;        // its light is told apart by edits, too (probes.h)
 };
 
 }  // namespace sluice

@@ -78,8 +78,9 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
     PhotonPass photon_pass(scene, settings, effects, pool.size());
     ViewPass view_pass(scene, settings, effects, pool.size());
     const std::vector<std::string> names = names_of(scene);
-    Film film(scene.frame().width, scene.frame().height,
-              scene.edits().layers().empty() ? std::vector<std::string>() : names);
+    FilmContents contents;
+    if (!scene.edits().layers().empty()) contents.layers = names;
+    Film film(scene.frame().width, scene.frame().height, contents);
     std::mutex lock;
     PhotonSet photons;
     for (int pass = 0; pass < how.passes; ++pass) {
