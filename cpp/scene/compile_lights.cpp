@@ -102,12 +102,16 @@ std::optional<Light> make_lamp(const LightDescription& d, const Scene::Parts& pa
 }
 
 bool is_usable(const LightDescription& d) noexcept {
-  for (const float x : {d.power, d.radius, d.angle, d.spot_angle, d.spot_blend, d.size_x, d.size_y, d.spread,
-                        d.color.x, d.color.y, d.color.z})
-    if (!std::isfinite(x)) return false;
-  if (!is_finite(d.matrix)) return false;
-  return d.power >= 0 && d.color.x >= 0 && d.color.y >= 0 && d.color.z >= 0 &&
-         (d.kind == LightKind::Point || row(d.matrix, 2).length() > 0);
+  bool finite = true;
+  for_each_member(d, [&](const char*, const auto& member) {
+    using Member = std::decay_t<decltype(member)>;
+    if constexpr (std::is_same_v<Member, float>)
+      finite = finite && std::isfinite(member);
+    else if constexpr (std::is_same_v<Member, Color> || std::is_same_v<Member, M44d>)
+      finite = finite && is_finite(member);
+  });
+  return finite && d.power >= 0 && d.color.x >= 0 && d.color.y >= 0 && d.color.z >= 0 &&
+         (!has_direction(d.kind) || row(d.matrix, 2).length() > 0);
 }
 
 }  // namespace
