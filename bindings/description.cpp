@@ -50,13 +50,6 @@ class Reader {
       to = {c[0], c[1], c[2]};
     } catch (const std::exception&) { refuse(item_, key, "must be three numbers"); }
   }
-  template <class T>
-  void property(const char* key, T& to) const {
-    if constexpr (std::is_same_v<T, Color>)
-      vector(key, to);
-    else
-      value(key, to);
-  }
   // Column-vector convention outside, row vectors inside.
   void matrix(const char* key, M44d& to) const {
     if (!has(key)) return;
@@ -86,6 +79,18 @@ class Reader {
     const std::optional<Enum> named = value_named<Enum>(text);
     if (!named) refuse(item_, key, "cannot be '" + text + "'");
     to = *named;
+  }
+  // A row of a table such as for_each_property(): its type says how it is read.
+  template <class T>
+  void member(const char* key, T& to) const {
+    if constexpr (std::is_same_v<T, Color>)
+      vector(key, to);
+    else if constexpr (std::is_same_v<T, M44d>)
+      matrix(key, to);
+    else if constexpr (std::is_enum_v<T>)
+      choice(key, to);
+    else
+      value(key, to);
   }
   template <class T, class Read>
   void list(const char* key, std::vector<T>& to, Read&& read) const {
@@ -173,23 +178,10 @@ InstanceDescription read_instance(Reader& r) {
 
 LightDescription read_light(Reader& r) {
   LightDescription l;
-  r.value("names", l.names);
-  r.rename(first_of(l.names));
-  r.choice("kind", l.kind);
-  r.choice("shape", l.shape);
-  r.matrix("matrix", l.matrix);
-  r.vector("color", l.color);
-  r.value("power", l.power);
-  r.value("radius", l.radius);
-  r.value("angle", l.angle);
-  r.value("spot_angle", l.spot_angle);
-  r.value("spot_blend", l.spot_blend);
-  r.value("spot_cosine", l.spot_cosine);
-  r.value("size_x", l.size_x);
-  r.value("size_y", l.size_y);
-  r.value("spread", l.spread);
-  r.value("casts_shadow", l.casts_shadow);
-  r.value("visible_to_camera", l.visible_to_camera);
+  for_each_member(l, [&](const char* key, auto& member) {
+    r.member(key, member);
+    r.rename(first_of(l.names));  // which were read first
+  });
   return l;
 }
 
@@ -264,7 +256,7 @@ EditDescription read_edit(Reader& r) {
     ExitDescription exit;
     x.part("quad", [&](Reader& quad) { exit.quad = read_quad(quad); });
     x.rename(exit.quad.name);
-    for_each_property(exit, [&](const char* key, auto& member, const auto&) { x.property(key, member); });
+    for_each_property(exit, [&](const char* key, auto& member, const auto&) { x.member(key, member); });
     return exit;
   });
   return e;

@@ -94,7 +94,7 @@ std::shared_ptr<const Scene::Parts> compile_parts(SceneDescription description,
   if (!build_accelerator(*parts, cancelled, threads)) return nullptr;
   add_lamps(*parts, warnings);
   add_mesh_lights(*parts, cancel);
-  if (!add_world(*parts, cancelled, threads)) return nullptr;
+  add_world(*parts, cancelled, threads);
   cancel();
   if (parts->lights.size() > few_lights) parts->light_tree = LightTree(parts->lights);
   name_events(*parts);

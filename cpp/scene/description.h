@@ -5,8 +5,10 @@
 // here is checked; compile() checks all of it.
 #pragma once
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/colour.h"
@@ -76,6 +78,17 @@ enum class LightKind : std::uint8_t { Point, Spot, Sun, Area };
   return nullptr;
 }
 
+// Does it shine along local -Z, so that a matrix without this axis is refused?
+[[nodiscard]] constexpr bool has_direction(LightKind value) noexcept {
+  switch (value) {
+    case LightKind::Point: return false;
+    case LightKind::Spot:
+    case LightKind::Sun:
+    case LightKind::Area: return true;
+  }
+  return true;
+}
+
 enum class AreaShape : std::uint8_t { Square, Rectangle, Disk, Ellipse };
 [[nodiscard]] constexpr const char* name_of(AreaShape value) noexcept {
   switch (value) {
@@ -88,7 +101,8 @@ enum class AreaShape : std::uint8_t { Square, Rectangle, Disk, Ellipse };
 }
 
 // Blender's radiometry: `power` is W (sun: W/m²) as the lamp panel shows it. Cycles' conventions decide every
-// factor.
+// factor. A member stands here and as a row of for_each_member(), by which it is read from the host and
+// checked; the builder of its kind uses it (light_kinds.h).
 struct LightDescription {
   std::vector<std::string> names;  // names[0]: the object's; then its collections'
   LightKind kind = LightKind::Point;
@@ -106,6 +120,31 @@ struct LightDescription {
   bool casts_shadow = true;
   bool visible_to_camera = false;  // Blender's lamps are seen in mirrors, never directly
 };
+
+// Calls visit(name, member) for each member of a LightDescription, which may be const; its names come first.
+template <class Lamp, class Visit>
+  requires std::same_as<std::remove_const_t<Lamp>, LightDescription>
+void for_each_member(Lamp& lamp, const Visit& visit) {
+  // All members by name: one that is missing here does not compile.
+  auto& [names, kind, matrix, color, power, radius, angle, spot_angle, spot_blend, spot_cosine, shape, size_x,
+         size_y, spread, casts_shadow, visible_to_camera] = lamp;
+  visit("names", names);
+  visit("kind", kind);
+  visit("shape", shape);
+  visit("matrix", matrix);
+  visit("color", color);
+  visit("power", power);
+  visit("radius", radius);
+  visit("angle", angle);
+  visit("spot_angle", spot_angle);
+  visit("spot_blend", spot_blend);
+  visit("spot_cosine", spot_cosine);
+  visit("size_x", size_x);
+  visit("size_y", size_y);
+  visit("spread", spread);
+  visit("casts_shadow", casts_shadow);
+  visit("visible_to_camera", visible_to_camera);
+}
 
 struct WorldDescription {
   std::string name;       // for expressions (L'World')

@@ -70,6 +70,37 @@ float area_density(const AreaLamp& lamp, const View& view) noexcept {
 
 }  // namespace
 
+std::optional<Light> make_area_lamp(const LightDescription& d, const V3d& centre) {
+  const bool one_size = d.shape == AreaShape::Square || d.shape == AreaShape::Disk;
+  V3d u = row_of(d, 0) * static_cast<double>(d.size_x),
+      v = row_of(d, 1) * static_cast<double>(one_size ? d.size_x : d.size_y);
+  V3d n = u.cross(v);
+  const double area = n.length();
+  if (!(area > 0) || !std::isfinite(static_cast<float>(1 / area))) return {};
+  n /= n.dot(row_of(d, 2)) > 0 ? -area : area;  // it shines along local -Z
+  AreaLamp lamp;
+  lamp.centre = row_of(d, 3) - centre;
+  lamp.normal = V3f(n);
+  lamp.half_u = static_cast<float>(u.length() / 2), lamp.half_v = static_cast<float>(area / u.length() / 2);
+  u.normalize();
+  lamp.axis_u = V3f(u), lamp.axis_v = V3f(n.cross(u));
+  lamp.round = d.shape == AreaShape::Disk || d.shape == AreaShape::Ellipse;
+  lamp.area = static_cast<float>(area) * (lamp.round ? pi / 4 : 1);
+  const Color watts = d.color * d.power;
+  lamp.radiance = watts / (4 * lamp.area);
+  if (d.spread < pi - 1e-3f) {
+    const double half = std::max(static_cast<double>(d.spread), 2e-3) / 2, cot = 1 / std::tan(half);
+    lamp.spread_half = static_cast<float>(half), lamp.spread_cot = static_cast<float>(cot);
+    lamp.spread_scale = static_cast<float>(1 / (1 - half * cot));
+  }
+  Light light;
+  light.power = mean(watts) * pi / 4;
+  light.middle = lamp.centre, light.reach = std::hypot(lamp.half_u, lamp.half_v);
+  light.strength = mean(watts) / 4 * lamp.spread_scale;
+  light.kind = lamp;
+  return light;
+}
+
 std::optional<LampCrossing> crossing(const AreaLamp& lamp, const V3d& origin, const V3f& direction) noexcept {
   const float cosine = -direction.dot(lamp.normal);
   if (!(cosine > 0)) return {};
@@ -154,6 +185,21 @@ Color eval_emission(const Parts&, const AreaLamp& lamp, const EmissionPoint&, co
   const float cosine = direction.dot(lamp.normal);
   if (!(cosine > 0)) return Color(0);
   return lamp.radiance * (cosine * spread_factor(lamp, cosine));
+}
+
+bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
+  const double height = from_middle.dot(V3d(lamp.normal));
+  if (!(height > 0)) return true;
+  if (lamp.spread_cot == 0) return false;
+  const double aside = (from_middle - V3d(lamp.normal) * height).length();
+  const double reach =
+      std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
+  return aside > (reach + height / lamp.spread_cot) * 1.001;
+}
+
+DirectionCone emission_cone(const AreaLamp& lamp) noexcept {
+  const double half = std::min(static_cast<double>(lamp.spread_half), std::numbers::pi / 2);
+  return {V3d(lamp.normal), half + 2 * bound_slack};
 }
 
 }  // namespace sluice::kinds

@@ -5,36 +5,6 @@
 #include "scene/light_kinds.h"
 
 namespace sluice {
-namespace kinds {
-
-bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
-  if (!lamp.spot) return false;
-  const double distance = from_middle.length();
-  if (distance <= lamp.radius) return false;
-  // beyond the half angle by more than the sphere's own
-  const double limit = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) +
-                       std::asin(lamp.radius / distance) + 1e-3;
-  return limit < std::numbers::pi && from_middle.dot(V3d(lamp.axis)) < distance * std::cos(limit);
-}
-bool is_dark(const AreaLamp& lamp, const V3d& from_middle) noexcept {
-  const double height = from_middle.dot(V3d(lamp.normal));
-  if (!(height > 0)) return true;
-  if (lamp.spread_cot == 0) return false;
-  const double aside = (from_middle - V3d(lamp.normal) * height).length();
-  const double reach =
-      std::sqrt(square(static_cast<double>(lamp.half_u)) + square(static_cast<double>(lamp.half_v)));
-  return aside > (reach + height / lamp.spread_cot) * 1.001;
-}
-bool is_dark(const MeshLight&, const V3d&) noexcept { return false; }
-
-float irradiance_bound(const Sun& sun, float strength, const V3f& normal) noexcept {
-  const float cosine = normal.dot(sun.to_sun);
-  return cosine < -sun.tan_half - 1e-3f ? 0.0f : strength * std::max(0.1f, cosine);
-}
-float irradiance_bound(const World&, float strength, const V3f&) noexcept { return strength; }
-
-}  // namespace kinds
-
 namespace {
 
 template <kinds::Finite Kind>

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Light from infinity: suns, and the world by a table of texels in latitude and longitude (z up; rows from
 // the south pole).
+#include <atomic>
+
+#include "base/threads.h"
 #include "scene/light_kinds.h"
 
 namespace sluice::kinds {
@@ -29,7 +32,77 @@ Texel texel_of(const World& world, const V3f& direction) noexcept {
           std::sqrt(std::max(0.0f, 1 - direction.z * direction.z))};
 }
 
+// Means of radiance by texel, each point evaluated once.
+void tabulate(const Material& material, World& world, const std::function<bool()>& cancelled, int threads) {
+  const auto width = static_cast<std::size_t>(world.width), height = static_cast<std::size_t>(world.height);
+  std::vector<Color> texels(width * height);
+  std::atomic<bool> stop = false;
+  ThreadPool pool(threads > 0 ? threads : hardware_threads());
+  pool.parallel_for(height, [&](std::size_t y, int thread) {
+    if (thread == 0 && cancelled && cancelled()) stop = true;
+    if (stop) return;
+    const float theta = pi * (static_cast<float>(y) + 0.5f) / static_cast<float>(height),
+                sine = std::sin(theta);
+    for (std::size_t x = 0; x < width; ++x) {
+      const float phi = 2 * pi * (static_cast<float>(x) + 0.5f) / static_cast<float>(width);
+      texels[y * width + x] =
+          eval_background(material, {sine * std::cos(phi), sine * std::sin(phi), -std::cos(theta)}, false);
+    }
+  });
+  if (stop) throw Cancelled();
+  std::vector<float> row_weights(height), line(width);
+  double weight = 0, sum[3] = {};
+  std::vector<double> sines(height);
+  for (std::size_t y = 0; y < height; ++y) {
+    sines[y] = std::sin(std::numbers::pi * (static_cast<double>(y) + 0.5) / static_cast<double>(height));
+    for (std::size_t x = 0; x < width; ++x) {
+      weight += sines[y];
+      for (int i = 0; i < 3; ++i) sum[i] += sines[y] * texels[y * width + x][i];
+    }
+  }
+  world.mean_radiance = Color(static_cast<float>(sum[0] / weight), static_cast<float>(sum[1] / weight),
+                              static_cast<float>(sum[2] / weight));
+  // the floor: what lies between texel centres keeps a density
+  const float floor = std::max(0.02f * mean(world.mean_radiance), 1e-20f);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) line[x] = std::max(mean(texels[y * width + x]), 0.0f) + floor;
+    world.columns.emplace_back(line);
+    row_weights[y] = static_cast<float>(world.columns.back().total() * sines[y]);
+  }
+  world.rows = Distribution(row_weights);
+}
+
 }  // namespace
+
+Light make_sun(const LightDescription& d) {
+  Sun sun;
+  sun.to_sun = V3f(row_of(d, 2).normalized());
+  sun.tan_half = d.angle > 1e-5f ? std::tan(std::min(d.angle / 2, 1.55f)) : 0;
+  sun.irradiance = d.color * d.power;
+  Light light;
+  light.strength = mean(sun.irradiance);
+  light.kind = sun;
+  return light;
+}
+
+std::optional<Light> make_world(const Parts& parts, const std::function<bool()>& cancelled, int threads) {
+  if (parts.world_material < 0) return {};
+  const Material& material = parts.materials[static_cast<std::size_t>(parts.world_material)];
+  if (!material.emits()) return {};
+  World world;
+  if (material.emission_is_constant()) {
+    world.radiance = world.mean_radiance = material.average_emission();
+    if (is_black(world.radiance)) return {};
+  } else {
+    world.constant = false;
+    world.width = std::clamp(parts.description.world.resolution, 16, 8192), world.height = world.width / 2;
+    tabulate(material, world, cancelled, threads);
+  }
+  Light light;
+  light.strength = std::max(pi * mean(world.mean_radiance), 1e-20f);
+  light.kind = std::move(world);
+  return light;
+}
 
 // Uniform on the disc in the tangent plane: density 1 / (pi tan² cos³) per solid angle, which is also Cycles'
 // radiance per W/m².
@@ -79,5 +152,16 @@ Color radiance(const Parts& parts, const World& world, const V3f& to_light, bool
   return eval_background(parts.materials[static_cast<std::size_t>(parts.world_material)], to_light,
                          camera_ray);
 }
+
+float irradiance_bound(const Sun& sun, float strength, const V3f& normal) noexcept {
+  const float cosine = normal.dot(sun.to_sun);
+  return cosine < -sun.tan_half - 1e-3f ? 0.0f : strength * std::max(0.1f, cosine);
+}
+float irradiance_bound(const World&, float strength, const V3f&) noexcept { return strength; }
+
+DirectionBall directions_to(const Sun& sun) noexcept {
+  return {V3d(sun.to_sun), sun.tan_half + 2 * bound_slack};
+}
+DirectionBall directions_to(const World&) noexcept { return {V3d(0), 2}; }
 
 }  // namespace sluice::kinds

@@ -32,7 +32,42 @@ float cone_of_spot(const SphereLamp& lamp) noexcept {
   return 1 - (lamp.times_cosine ? std::max(lamp.cos_half, 0.0f) : lamp.cos_half);
 }
 
+// Flux of a spot / (power / 4 pi): the integral of its factor over directions, by Simpson's rule.
+double spot_integral(double cos_half, double blend, bool times_cosine) {
+  const double low = times_cosine ? std::max(cos_half, 0.0) : cos_half, band = (1 - cos_half) * blend;
+  const auto factor = [&](double c) {
+    const double x = band > 0 ? std::clamp((c - cos_half) / band, 0.0, 1.0) : 1.0;
+    return (times_cosine ? c : 1) * x * x * (3 - 2 * x);
+  };
+  constexpr int steps = 4096;
+  double sum = factor(low) + factor(1.0);
+  for (int i = 1; i < steps; ++i) sum += factor(low + (1 - low) * i / steps) * (i % 2 ? 4 : 2);
+  return 2 * std::numbers::pi * sum * (1 - low) / (3.0 * steps);
+}
+
 }  // namespace
+
+Light make_sphere_lamp(const LightDescription& d, const V3d& centre) {
+  SphereLamp lamp;
+  lamp.centre = row_of(d, 3) - centre;
+  lamp.radius = d.radius > 1e-9f ? d.radius : 0;
+  const Color watts = d.color * d.power;
+  lamp.radiance = lamp.radius > 0 ? watts / (4 * square(pi * lamp.radius)) : watts / (4 * pi);
+  float part = 1;
+  if (d.kind == LightKind::Spot) {
+    lamp.spot = true;
+    lamp.axis = V3f(-row_of(d, 2).normalized());
+    lamp.cos_half = std::cos(std::clamp(d.spot_angle, 1e-3f, 2 * pi) / 2);
+    lamp.blend = std::clamp(d.spot_blend, 0.0f, 1.0f);
+    lamp.times_cosine = d.spot_cosine;
+    part = static_cast<float>(spot_integral(lamp.cos_half, lamp.blend, lamp.times_cosine)) / (4 * pi);
+  }
+  Light light;
+  light.power = mean(watts) * part;
+  light.middle = lamp.centre, light.reach = lamp.radius, light.strength = mean(watts) / (4 * pi);
+  light.kind = lamp;
+  return light;
+}
 
 // Cycles: smoothstep over the part `blend` of 1 - cos(half angle) next to the edge; in Blender 3 times the
 // cosine to the axis.
@@ -125,6 +160,22 @@ Color eval_emission(const Parts&, const SphereLamp& lamp, const EmissionPoint& p
                     const V3f& direction) noexcept {
   const float cosine = lamp.radius == 0 ? 1.0f : std::max(0.0f, point.normal.dot(direction));
   return lamp.radiance * (cosine * spot_factor(lamp, direction));
+}
+
+bool is_dark(const SphereLamp& lamp, const V3d& from_middle) noexcept {
+  if (!lamp.spot) return false;
+  const double distance = from_middle.length();
+  if (distance <= lamp.radius) return false;
+  // beyond the half angle by more than the sphere's own
+  const double limit = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) +
+                       std::asin(lamp.radius / distance) + bound_slack;
+  return limit < std::numbers::pi && from_middle.dot(V3d(lamp.axis)) < distance * std::cos(limit);
+}
+
+DirectionCone emission_cone(const SphereLamp& lamp) noexcept {
+  if (!lamp.spot) return {};
+  const double half = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0));
+  return {V3d(lamp.axis), half + 2 * bound_slack};
 }
 
 }  // namespace sluice::kinds

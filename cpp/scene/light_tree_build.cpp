@@ -11,14 +11,9 @@
 namespace sluice {
 namespace {
 
-constexpr double slack = 1e-3;  // of angles and reaches, as importance() has it
-constexpr int most_depth = 40;  // below it nodes are halved by number, so that none is much deeper
+using Cone = kinds::DirectionCone;
 
-// Directions around an axis, a little too wide. half (rad) >= pi: all of them; < 0: none.
-struct Cone {
-  V3d axis{0, 0, 1};
-  double half = std::numbers::pi;
-};
+constexpr int most_depth = 40;  // below it nodes are halved by number, so that none is much deeper
 
 // The smallest cone around both.
 Cone join(const Cone& a, const Cone& b) {
@@ -34,30 +29,21 @@ Cone join(const Cone& a, const Cone& b) {
   return {(wide.axis * std::cos(turn) + aside * std::sin(turn)).normalized(), half};
 }
 
-// A light as the tree sees it.
+// A light as the tree sees it. Of one at infinity `place` and `reach` are those of the directions to it.
 struct Item {
   V3d place;
   double reach, strength;
   Cone cone;
 };
 
-Cone cone_of(const SphereLamp& lamp) {
-  const double half = std::acos(std::clamp(static_cast<double>(lamp.cos_half), -1.0, 1.0)) + 2 * slack;
-  return lamp.spot ? Cone{V3d(lamp.axis), half} : Cone{};
+template <kinds::Infinite Kind>
+Item item_of(const Light&, double strength, const Kind& kind) {
+  const kinds::DirectionBall directions = kinds::directions_to(kind);
+  return {directions.middle, directions.reach, strength, {}};
 }
-Cone cone_of(const AreaLamp& lamp) {
-  return {V3d(lamp.normal),
-          std::min(static_cast<double>(lamp.spread_half), std::numbers::pi / 2) + 2 * slack};
-}
-Cone cone_of(const MeshLight&) { return {}; }
-
-Item item_of(const Light&, double strength, const Sun& sun) {
-  return {V3d(sun.to_sun), sun.tan_half + 2 * slack, strength, {}};
-}
-Item item_of(const Light&, double strength, const World&) { return {V3d(0), 2, strength, {}}; }
 template <kinds::Finite Kind>
 Item item_of(const Light& light, double strength, const Kind& kind) {
-  return {light.middle, light.reach * (1 + 2 * slack), strength, cone_of(kind)};
+  return {light.middle, light.reach * (1 + 2 * kinds::bound_slack), strength, kinds::emission_cone(kind)};
 }
 
 Item item_of(const Light& light) {

@@ -102,8 +102,7 @@ void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint&
 [[nodiscard]] V3d choose_centre(const Bounds& geometry, const Box& quads) noexcept;  // world coordinates
 void add_lamps(Scene::Parts& parts, Warnings& warnings);                             // compile_lights.cpp
 void add_mesh_lights(Scene::Parts& parts, const CancelPoint& cancel);
-// false: cancelled
-[[nodiscard]] bool add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int threads);
+void add_world(Scene::Parts& parts, const std::function<bool()>& cancelled, int threads);
 
 // Warnings that list many items would hide the others: names the first, counts the rest.
 class Tally {

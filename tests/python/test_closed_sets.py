@@ -40,6 +40,27 @@ LIGHT = {
     "kinds::pdf_direction": "float pdf_direction(const Parts&, const Extra&, const EmissionPoint&, const V3f&) noexcept;",
     "kinds::eval_emission": "Color eval_emission(const Parts&, const Extra&, const EmissionPoint&, const V3f&) noexcept;",
     "kinds::is_dark": "bool is_dark(const Extra&, const V3d&) noexcept;",
+    "kinds::emission_cone": "DirectionCone emission_cone(const Extra&) noexcept;",
+}
+INFINITE_LIGHT = {
+    "infinite": "static constexpr bool infinite = true;",
+    "crossable": "static constexpr bool crossable = false;",
+    "kinds::is_delta": LIGHT["kinds::is_delta"],
+    "kinds::common_direction": "std::optional<V3f> common_direction(const Extra&) noexcept;",
+    "kinds::sample_towards": "std::optional<EmissionDirection> sample_towards(const Extra&, const V2f&) noexcept;",
+    "kinds::pdf_towards": "float pdf_towards(const Extra&, const V3f&) noexcept;",
+    "kinds::radiance": "Color radiance(const Parts&, const Extra&, const V3f&, bool) noexcept;",
+    "kinds::irradiance_bound": "float irradiance_bound(const Extra&, float, const V3f&) noexcept;",
+    "kinds::directions_to": "DirectionBall directions_to(const Extra&) noexcept;",
+}
+# The file that asks for an overload, where it is not light.cpp
+ASKED_BY = {"kinds::is_dark": "light_choice", "kinds::irradiance_bound": "light_choice", "kinds::emission_cone": "light_tree_build",
+            "kinds::directions_to": "light_tree_build"}  # fmt: skip
+# A value of LightKind: what must name it, as {the line before which it stands: what is put there}
+LAMP = {
+    "name_of": ('case LightKind::Point: return "Point";', 'case LightKind::Extra: return "Extra";'),
+    "has_direction": ("case LightKind::Point: return false;", "case LightKind::Extra: return false;"),
+    "make_lamp": ("case LightKind::Sun: return make_sun(d);", "case LightKind::Extra: return make_sphere_lamp(d, centre);"),
 }
 
 
@@ -72,7 +93,7 @@ def reads(tmp_path, headers, source):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text(text)
     shutil.copy(CPP / source, tmp_path / source)  # includes of its own folder are found beside it first
-    command = [COMPILER, "-std=c++20", "-fsyntax-only", "-I", tmp_path, "-I", CPP, "-isystem", IMATH, tmp_path / source]
+    command = [COMPILER, "-std=c++20", "-fsyntax-only", "-Werror=switch", "-I", tmp_path, "-I", CPP, "-isystem", IMATH, tmp_path / source]
     return subprocess.run(command, capture_output=True, text=True).stderr
 
 
@@ -92,13 +113,36 @@ def light_files(facts):
     return {"scene/light.h": light, "scene/light_kinds.h": kinds}
 
 
-@pytest.mark.parametrize("source", ["scene/light.cpp", "scene/light_choice.cpp"])
-def test_a_complete_light_compiles(tmp_path, source):
-    assert reads(tmp_path, light_files(LIGHT), source) == ""
+@pytest.mark.parametrize("facts", [LIGHT, INFINITE_LIGHT], ids=["finite", "infinite"])
+@pytest.mark.parametrize("source", ["light", *sorted(set(ASKED_BY.values()))])
+def test_a_complete_light_compiles(tmp_path, facts, source):
+    assert reads(tmp_path, light_files(facts), f"scene/{source}.cpp") == ""
 
 
-@pytest.mark.parametrize("forgotten", LIGHT)
-def test_a_light_that_forgets_something_does_not(tmp_path, forgotten):
-    left = {name: fact for name, fact in LIGHT.items() if name != forgotten}
-    found = reads(tmp_path, light_files(left), "scene/light_choice.cpp" if forgotten == "kinds::is_dark" else "scene/light.cpp")
+@pytest.mark.parametrize("facts, forgotten", [*((LIGHT, name) for name in LIGHT), *((INFINITE_LIGHT, name) for name in INFINITE_LIGHT)])
+def test_a_light_that_forgets_something_does_not(tmp_path, facts, forgotten):
+    left = {name: fact for name, fact in facts.items() if name != forgotten}
+    found = reads(tmp_path, light_files(left), f"scene/{ASKED_BY.get(forgotten, 'light')}.cpp")
     assert "error" in found and forgotten.split("::")[-1] in found, found
+
+
+def lamp_files(named_by):
+    """description.h and light_kinds.h with one more value of LightKind, which so many of those in LAMP name."""
+    description, kinds = (CPP / "scene/description.h").read_text(), (CPP / "scene/light_kinds.h").read_text()
+    description = put(description, "Sun, Area };", "Extra, ")
+    for place in named_by:
+        if place == "make_lamp":
+            kinds = put(kinds, *LAMP[place])
+        else:
+            description = put(description, *LAMP[place])
+    return {"scene/description.h": description, "scene/light_kinds.h": kinds}
+
+
+def test_a_lamp_that_is_named_everywhere_compiles(tmp_path):
+    assert reads(tmp_path, lamp_files(LAMP), "scene/compile_lights.cpp") == ""
+
+
+@pytest.mark.parametrize("forgotten", LAMP)
+def test_a_lamp_that_is_forgotten_somewhere_does_not(tmp_path, forgotten):
+    found = reads(tmp_path, lamp_files([place for place in LAMP if place != forgotten]), "scene/compile_lights.cpp")
+    assert "error" in found and "Extra" in found and forgotten in found, found

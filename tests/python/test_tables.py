@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lists that stand on both sides of the binding are equal: the core's tables (transport/pixel_sample.h, edit/description.h) decide, the add-on
+"""Lists that stand on both sides of the binding are equal: the core's tables (transport/pixel_sample.h, edit/description.h, scene/description.h) decide, the add-on
 follows. Its files are read, not imported, as they need Blender."""
 import ast
 import shutil
@@ -72,6 +72,9 @@ ADDITIONS = {
     "property of exits": Addition(
         "edit/description.h", "edit/compile_edits.cpp", {"bool keep_brightness = true;": "float added = 0;"},
         {"keep_brightness, intensity_texture,": "added,", 'visit("keep_brightness"': 'visit("added", added, NumberRule{0, 1, 0});'}),
+    "member of lamps": Addition(
+        "scene/description.h", "scene/compile_lights.cpp", {"bool spot_cosine = true;": "float added = 0;"},
+        {"spot_cosine, shape,": "added,", 'visit("spot_cosine"': 'visit("added", added);'}),
     "kind of camera": Addition(
         "scene/description.h", "scene/normals.cpp", {"Orthographic };": "Added,"}, {"case CameraKind::Orthographic:": 'case CameraKind::Added: return "Added";'}),
 }  # fmt: skip
