@@ -32,16 +32,16 @@ Film::Film(int width, int height, std::vector<std::string> layers, int x0, int y
     planes_.push_back({{std::move(layers[i]), "RGB"}, Reading::Mean, layers_at + 3 * i});
 }
 
-// Combined and Noise are made of several sums.
+// In the order in which hosts list them. Combined and Noise are made of several sums.
 std::vector<Film::Plane> Film::fixed_planes() {
   std::vector<Plane> planes{{{"Combined", "RGBA"}, Reading::Combined, combined_at}};
-  for (int i = 0; i < part_count; ++i)
-    planes.push_back({{name_of(static_cast<Part>(i)), "RGB"}, Reading::Mean, parts_at + 3 * i});
   for (const Feature& f : features)
     if (!f.name.empty())
       planes.push_back({{std::string(f.name), std::string(f.channels)},
                         f.is_mean ? Reading::Mean : Reading::Single,
                         place_of(f)});
+  for (int i = 0; i < part_count; ++i)
+    planes.push_back({{name_of(static_cast<Part>(i)), "RGB"}, Reading::Mean, parts_at + 3 * i});
   planes.push_back({{"Noise", "X"}, Reading::Noise, combined_at});
   return planes;
 }

@@ -8,8 +8,8 @@ import time
 import numpy as np
 
 __version__ = "0.1.0"
-_CHANNELS = {"Combined": 4, "Depth": 1, "Normal": 3, "Albedo": 3, "Direct": 3, "Caustics": 3, "Edited": 3, "Indirect": 3,
-             "Emission": 3, "Noise": 1}
+# Of each kind some; they need not be all that the core has.
+passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"))
 last_description = None  # what the last session was given, for tests
 last_settings = None
 seconds_per_photon = 1e-8
@@ -65,7 +65,8 @@ class Session:
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
         self._description, self._frame, self._settings = last_description, last_description["frame"], last_settings
-        self._channels = {**_CHANNELS, **{layer["name"]: 3 for layer in last_description.get("layers", ())}}
+        self._channels = {name: len(channels) for name, channels in passes}
+        self._channels.update({layer["name"]: 3 for layer in last_description.get("layers", ())})
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
             name = edit["entry"]["name"]
