@@ -56,6 +56,12 @@ def check_layer_expression(text, names):
     return {"warnings": found["warnings"]}
 
 
+def blackbody(kelvin):
+    """Redder below 6500 K and bluer above, and no more like the real one than that."""
+    blue = min(max(kelvin, 965), 12000) / 6500
+    return 1 / blue, 1.0, blue
+
+
 class Session:
     def __init__(self):
         self._state, self._error, self._warnings = 'idle', None, []
