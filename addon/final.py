@@ -47,7 +47,7 @@ class Job:
     description: Description = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
     warnings: list[tuple[str, str]] = field(default_factory=list)
-    passes: tuple[passes.Pass, ...] = passes.PASSES
+    passes: tuple[passes.Pass, ...] = (passes.COMBINED,)
     failure: Failure | None = None
     cancelled: bool = False
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from . import compat
+from . import compat, core
 
 if TYPE_CHECKING:
     import bpy
@@ -14,30 +14,37 @@ if TYPE_CHECKING:
 
     from .export.description import Description
 
+Kind: TypeAlias = Literal['COLOR', 'VECTOR', 'VALUE']
+
 
 @dataclass(frozen=True)
 class Pass:
-    """A render pass: its name, its channels as the EXR file names them, and what the compositor makes of it."""
+    """A render pass: its name, its channels as the EXR file names them."""
 
     name: str
     channels: str
-    kind: Literal['COLOR', 'VECTOR', 'VALUE']
+
+    @property
+    def kind(self) -> Kind:
+        """What the compositor makes of it."""
+        if len(self.channels) == 1:
+            return 'VALUE'
+        return 'VECTOR' if self.channels == "XYZ" else 'COLOR'
 
 
-PASSES = (
-    Pass("Combined", "RGBA", 'COLOR'),
-    Pass("Depth", "Z", 'VALUE'),
-    Pass("Normal", "XYZ", 'VECTOR'),
-    Pass("Albedo", "RGB", 'COLOR'),
-    Pass("Direct", "RGB", 'COLOR'),
-    Pass("Caustics", "RGB", 'COLOR'),
-    Pass("Edited", "RGB", 'COLOR'),
-    Pass("Indirect", "RGB", 'COLOR'),
-    Pass("Emission", "RGB", 'COLOR'),
-    Pass("Noise", "X", 'VALUE'),
-)
-_TAKEN = {item.name for item in PASSES} | {"Image", "Alpha"}  # The compositor has two sockets of its own.
+COMBINED = Pass("Combined", "RGBA")
+_BLENDERS_OWN = {"Image", "Alpha"}  # Sockets that the compositor has beside those of passes.
 _LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a file has room for 64, with the view layer's name.
+
+
+def fixed_passes() -> tuple[Pass, ...]:
+    """The passes that every picture of the core has, Combined first. Without a core Combined is there alone: panels and the render itself
+    tell what is wrong then, and the interface goes on."""
+    try:
+        told = core.load().passes
+    except core.CoreMissing:
+        return (COMBINED,)
+    return tuple(Pass(name, channels) for name, channels in told)
 
 
 def clean_name(name: str, taken: Container[str] = ()) -> str:
@@ -46,7 +53,8 @@ def clean_name(name: str, taken: Container[str] = ()) -> str:
     name = " ".join("".join(letter if letter.isprintable() and letter != "." else " " for letter in name).split())
     base = _cut(name, _LONGEST) or "Layer"
     unique, number = base, 1
-    while unique in _TAKEN or unique in taken:
+    of_passes = _BLENDERS_OWN | {item.name for item in fixed_passes()}
+    while unique in of_passes or unique in taken:
         number += 1
         unique = f"{_cut(base, _LONGEST - 4)} {number}"
     return unique
@@ -65,8 +73,8 @@ def export_layers(view_layer: bpy.types.ViewLayer) -> list[Description]:
 
 
 def all_passes(layers: Iterable[Description]) -> tuple[Pass, ...]:
-    """Our render passes, and one for each of the LayerDescriptions."""
-    return PASSES + tuple(Pass(layer["name"], "RGB", 'COLOR') for layer in layers)
+    """The core's render passes, and one for each of the LayerDescriptions."""
+    return fixed_passes() + tuple(Pass(layer["name"], "RGB") for layer in layers)
 
 
 def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:

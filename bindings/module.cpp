@@ -10,6 +10,7 @@
 #include "bindings/description.h"
 #include "bindings/parts.h"
 #include "scene/normals.h"
+#include "shading/blackbody.h"
 
 namespace py = pybind11;
 using namespace sluice;
@@ -75,6 +76,14 @@ PYBIND11_MODULE(sluice_core, m) {
   m.def(
       "shading_normals", &shading_normals, py::arg("mesh"),
       "One row per corner of a triangle of a mesh's description, as renders take them; none if it is flat.");
+  m.def(
+      "blackbody",
+      [](float kelvin) {
+        const Color color = blackbody(kelvin);
+        return py::make_tuple(color[0], color[1], color[2]);
+      },
+      py::arg("kelvin"),
+      "(r, g, b) of a glowing body, Rec. 709 of luminance 1: what the Blackbody node gives.");
 
   m.attr("exit_properties") = py::tuple(py::cast(exit_properties()));
 

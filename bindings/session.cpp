@@ -184,8 +184,8 @@ void define_session(py::module_& m) {
             return s.start_from(base, std::move(what), how);
           },
           py::arg("base"), py::arg("shot"), py::arg("settings"),
-          "Like start, with the things that another session has compiled; of the description only camera, "
-          "frame, edits, layers and max_gates. "
+          "Like start, with the meshes, materials and lights that another session has compiled; of the "
+          "description only the shot: camera, frame, edits, layers and max_gates. "
           "False: nothing was started, it takes a start.")
       .def("wait", &Session::wait, py::arg("seconds"), py::call_guard<py::gil_scoped_release>(),
            "True when it is over.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from .. import core
 from .description import Description, Warn
 
 if TYPE_CHECKING:
@@ -26,16 +27,6 @@ _OPTIONS = (
     "direction_type", "axis", "noise_dimensions", "noise_type", "normalize", "wave_type", "bands_direction", "rings_direction",
     "wave_profile", "rotation_type")
 _TABLE_ROWS = 256  # Cycles bakes ramps and curves into as many.
-_BLACKBODY = (  # Cycles 3.4.1, evenly spaced in 1 / T from 12000 K to 965 K
-    (0.8263, 0.9945, 1.5663), (0.9102, 0.9937, 1.3274), (1.0057, 0.9872, 1.1087), (1.1103, 0.9758, 0.9164),
-    (1.2226, 0.9592, 0.7494), (1.3413, 0.9379, 0.6076), (1.464, 0.9135, 0.4878), (1.5897, 0.8869, 0.3861),
-    (1.7191, 0.8567, 0.3018), (1.8505, 0.8248, 0.2308), (1.9831, 0.7913, 0.1716), (2.1166, 0.7564, 0.1225),
-    (2.2509, 0.7206, 0.0819), (2.3858, 0.6839, 0.0482), (2.5212, 0.6465, 0.0202), (2.6555, 0.6089, 0),
-    (2.7902, 0.5707, 0), (2.9237, 0.5326, 0), (3.056, 0.4945, 0), (3.1874, 0.4564, 0),
-    (3.3179, 0.4184, 0), (3.4464, 0.3808, 0), (3.5736, 0.3435, 0), (3.6986, 0.3067, 0),
-    (3.8218, 0.2704, 0), (3.9432, 0.2345, 0), (4.0621, 0.1993, 0), (4.1798, 0.1644, 0),
-    (4.2946, 0.1303, 0), (4.4069, 0.0969, 0), (4.5169, 0.0642, 0), (4.6247, 0.0321, 0),
-    (4.7306, 0.0005, 0))
 _MAX_NODES = 4097  # One more than the core takes, so that the core refuses the material and says why.
 
 
@@ -78,14 +69,8 @@ def _constant(item: Description, nodes: list[Description]) -> list[float] | None
     if source["kind"] in {"Value", "RGB"}:
         return source["inputs"][0]["value"]
     if source["kind"] == "Blackbody" and source["inputs"][0]["node"] < 0:
-        return [*_blackbody(source["inputs"][0]["value"][0]), 1.0]
+        return [*core.load().blackbody(source["inputs"][0]["value"][0]), 1.0]
     return None
-
-
-def _blackbody(kelvin: float) -> list[float]:
-    """Rec. 709 colour of luminance 1 (the core's Blackbody node; the same table)."""
-    place = (1 / min(max(kelvin, 965.0), 12000.0) - 1 / 12000) / (1 / 965 - 1 / 12000) * (len(_BLACKBODY) - 1)
-    return [float(np.interp(place, range(len(_BLACKBODY)), column)) for column in zip(*_BLACKBODY)]
 
 
 def _plain(name: str, kind: str, values: dict[str, list[float]]) -> Description:

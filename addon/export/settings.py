@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The settings of a session: scene.sluice under its own names, and what the render asks beside them."""
+"""The settings of a session: scene.sluice under its own names, and what the render asks beside them. Max Edits per Path and Specular
+Threshold are no settings for the core but part of the scene that it compiles (__init__.py)."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
@@ -7,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import bpy
 NAMES = (
-    "passes", "photons", "seed", "use_animated_seed", "max_depth", "max_gates", "specular_threshold", "time_limit", "error_target",
-    "use_adaptive_sampling", "use_direct", "use_caustics", "use_edited", "use_indirect", "use_edits",
+    "passes", "photons", "seed", "use_animated_seed", "max_depth", "time_limit", "error_target", "use_adaptive_sampling", "use_direct",
+    "use_caustics", "use_edited", "use_indirect", "use_edits",
 )
 
 

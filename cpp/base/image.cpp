@@ -14,8 +14,8 @@
 namespace sluice {
 namespace {
 
-constexpr int largest_side = 16384;
-constexpr std::size_t largest_bytes = std::size_t{1} << 30;  // of float RGBA
+constexpr int max_side = 16384;
+constexpr std::size_t max_bytes = std::size_t{1} << 30;  // of float RGBA
 
 // The plug-in that reads the file, by its first bytes; empty for foreign files.
 [[nodiscard]] std::string_view format_of(const std::string& path) {
@@ -44,10 +44,10 @@ void check_path(const std::string& name, const std::string& path) {
 }
 
 void check_size(const std::string& name, int width, int height) {
-  if (width < 1 || height < 1 || width > largest_side || height > largest_side ||
-      std::size_t{16} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > largest_bytes)
+  if (width < 1 || height < 1 || width > max_side || height > max_side ||
+      std::size_t{16} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > max_bytes)
     throw SceneError(name, "an image of " + std::to_string(width) + " x " + std::to_string(height) +
-                               " pixels is too large; at most " + std::to_string(largest_side) +
+                               " pixels is too large; at most " + std::to_string(max_side) +
                                " a side and 64 million pixels");
 }
 

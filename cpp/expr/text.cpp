@@ -26,8 +26,8 @@ std::u32string decode_utf8(std::string_view bytes, const std::string& item) {
       ok = (next & 0xc0) == 0x80;
       c = (c << 6) | (next & 0x3fu);
     }
-    constexpr char32_t smallest[] = {0, 0, 0x80, 0x800, 0x10000};
-    if (!ok || c < smallest[length] || c > 0x10ffff || (c >= 0xd800 && c < 0xe000))
+    constexpr char32_t min_of_length[] = {0, 0, 0x80, 0x800, 0x10000};
+    if (!ok || c < min_of_length[length] || c > 0x10ffff || (c >= 0xd800 && c < 0xe000))
       throw ExpressionError(item, static_cast<int>(out.size()) + 1,
                             "this character is not valid UTF-8; write it anew");
     out.push_back(c);

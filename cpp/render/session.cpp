@@ -55,26 +55,27 @@ Session::~Session() { cancel(); }
 
 void Session::start(SceneDescription description, RenderSettings settings) {
   if (!settings.use_edits) switch_off(description.edits);
-  launch(std::move(settings), [this, things = std::move(description)](Warnings& warnings) mutable {
-    return compile(std::move(things), warnings, [this] { return cancel_.load(); }, settings_.threads);
+  launch(std::move(settings), [this, description = std::move(description)](Warnings& warnings) mutable {
+    return compile(std::move(description), warnings, [this] { return cancel_.load(); }, settings_.threads);
   });
 }
 
 bool Session::start_from(const Session& base, ShotDescription shot, RenderSettings settings) {
-  std::shared_ptr<const Scene> things;
+  std::shared_ptr<const Scene> compiled;
   {
     const std::lock_guard lock(base.lock_);
-    things = base.scene_;
+    compiled = base.scene_;
   }
   if (!settings.use_edits) switch_off(shot.edits);
-  if (!things || !can_recompile(*things, shot)) return false;
-  launch(std::move(settings), [this, things = std::move(things), shot = std::move(shot)](Warnings& warnings) {
-    return recompile(*things, shot, warnings, [this] { return cancel_.load(); });
-  });
+  if (!compiled || !can_recompile(*compiled, shot)) return false;
+  launch(std::move(settings),
+         [this, compiled = std::move(compiled), shot = std::move(shot)](Warnings& warnings) {
+           return recompile(*compiled, shot, warnings, [this] { return cancel_.load(); });
+         });
   return true;
 }
 
-void Session::launch(RenderSettings settings, Compile compile) {
+void Session::launch(RenderSettings settings, MakeScene make_scene) {
   {
     const std::lock_guard lock(lock_);
     if (progress_.state != State::Idle) throw std::logic_error("a session renders once: make a new one");
@@ -86,7 +87,7 @@ void Session::launch(RenderSettings settings, Compile compile) {
     begin_ = Clock::now();
   }
   try {
-    task_ = BackgroundTask([this, compile = std::move(compile)] { run(compile); });
+    task_ = BackgroundTask([this, make_scene = std::move(make_scene)] { run(make_scene); });
   } catch (const std::system_error& error) {
     fail(std::string("no thread could be started: ") + error.what());
   }
@@ -104,12 +105,12 @@ bool Session::wait(double seconds) {
 }
 
 // What was warned of stays when an error ends the compilation: it may say why.
-void Session::compile_scene(const Compile& compile) {
+void Session::compile_scene(const MakeScene& make_scene) {
   Warnings warnings;
   std::shared_ptr<const Scene> scene;
   std::exception_ptr error;
   try {
-    scene = compile(warnings);
+    scene = make_scene(warnings);
   } catch (...) { error = std::current_exception(); }
   {
     const std::lock_guard lock(lock_);
@@ -119,9 +120,9 @@ void Session::compile_scene(const Compile& compile) {
 }
 
 // Worker threads turn everything into a status: an exception that left one would end the host (Blender).
-void Session::run(const Compile& compile) {
+void Session::run(const MakeScene& make_scene) {
   try {
-    compile_scene(compile);
+    compile_scene(make_scene);
     if (!scene_) return finish(State::Cancelled, StopReason::Cancelled);
     render_scene(*scene_);
   } catch (const ExpressionError& error) {
@@ -156,7 +157,7 @@ void Session::render_scene(const Scene& scene) {
     const PassContext context{scene, transport, effects, guide, pass};
     Counts counts;
     const Clock::time_point photons_begin = Clock::now();
-    const bool traced = !effects.photons() || photon_pass.run(context, pool, cancel_, photons, counts);
+    const bool traced = !effects.traces_photons() || photon_pass.run(context, pool, cancel_, photons, counts);
     const double photon_seconds = seconds_since(photons_begin);
     if (traced && pass == 0) finish_guide(guide, context, photons, pool, photon_seconds);
     const Clock::time_point view_begin = Clock::now();

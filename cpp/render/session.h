@@ -37,9 +37,9 @@ class Session {
 
   // Returns at once. A session renders once; a second start throws std::logic_error.
   void start(SceneDescription description, RenderSettings settings);
-  // Starts a render of the same things as `base` shows, with another view or other edits. The picture is the
-  // one that start() would make, but the things are not compiled anew. False if nothing was started: `base`
-  // has not compiled them, or edits lie so far away that they must be compiled anew.
+  // Starts a render of the scene that `base` has compiled, in another shot: another view or other edits. The
+  // picture is the one that start() would make, but meshes, materials and lights are not compiled anew. False
+  // if nothing was started: `base` has no scene yet, or edits lie so far away that all must be compiled anew.
   [[nodiscard]] bool start_from(const Session& base, ShotDescription shot, RenderSettings settings);
   bool wait(double seconds);  // True if the render is over, in whatever way.
   void cancel() noexcept;     // Returns at once; the render is over within half a second.
@@ -64,11 +64,11 @@ class Session {
   [[nodiscard]] std::vector<Kept> kept() const;
 
  private:
-  using Compile = std::function<std::unique_ptr<const Scene>(Warnings&)>;
+  using MakeScene = std::function<std::unique_ptr<const Scene>(Warnings&)>;  // compiles or recompiles one
 
-  void launch(RenderSettings settings, Compile compile);
-  void run(const Compile& compile);
-  void compile_scene(const Compile& compile);
+  void launch(RenderSettings settings, MakeScene make_scene);
+  void run(const MakeScene& make_scene);
+  void compile_scene(const MakeScene& make_scene);
   void render_scene(const Scene& scene);
   void start_rendering(const Scene& scene, const Effects& effects);
   void close_film_block();

@@ -33,7 +33,7 @@ Camera::Camera(const CameraDescription& camera, const FrameDescription& frame, c
 
   const double x = std::max(std::abs(low_x_), std::abs(low_x_ + step_x_ * frame.width)),
                y = std::max(std::abs(low_y_), std::abs(low_y_ + step_y_ * frame.height));
-  least_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
+  min_cosine_ = 1 / std::sqrt(1 + x * x + y * y);
 
   clip_start_ = camera.clip_start, clip_end_ = camera.clip_end;
   aperture_ = camera.aperture_radius, focus_ = camera.focus_distance;
@@ -91,7 +91,7 @@ double Camera::depth(const V3d& position) const noexcept { return (position - ey
 double Camera::footprint(const V3d& position) const noexcept {
   const double pixel = std::sqrt(step_x_ * step_y_), distance = (position - eye_).length();
   if (!perspective_ || !(distance > 0)) return perspective_ ? 0 : pixel;
-  const double cosine = std::max(depth(position) / distance, least_cosine_);
+  const double cosine = std::max(depth(position) / distance, min_cosine_);
   return pixel * distance * cosine * std::sqrt(cosine);
 }
 

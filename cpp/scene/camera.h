@@ -46,7 +46,7 @@ class Camera {
   float clip_start_ = 0.1f, clip_end_ = 1000;
   float aperture_ = 0, focus_ = 1, rotation_ = 0, inverse_ratio_ = 1;
   int blades_ = 0;
-  double least_cosine_ = 1;  // between the axis and what the picture shows, through a pinhole
+  double min_cosine_ = 1;  // between the axis and what the picture shows, through a pinhole
 };
 
 // Offset from a pixel's centre, distributed as the filter (Blackman-Harris, or a box).

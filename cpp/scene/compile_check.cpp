@@ -46,8 +46,8 @@ void check_polygons(const MeshDescription& mesh) {
 
 void check_frame(const FrameDescription& frame) {
   const std::string item = "frame";
-  constexpr int most = 65536;
-  expect(frame.width >= 1 && frame.width <= most && frame.height >= 1 && frame.height <= most, item,
+  constexpr int max_side = 65536;
+  expect(frame.width >= 1 && frame.width <= max_side && frame.height >= 1 && frame.height <= max_side, item,
          "size " + std::to_string(frame.width) + " x " + std::to_string(frame.height) +
              ", expected 1 to 65536 pixels a side");
   expect(0 <= frame.x0 && frame.x0 < frame.x1 && frame.x1 <= frame.width && 0 <= frame.y0 &&
@@ -88,9 +88,9 @@ void check_camera(const CameraDescription& camera) {
 }  // namespace
 
 void check_mesh(const MeshDescription& mesh) {
-  constexpr std::size_t most = 0xfffffff0u / 3;  // triangles and vertices are 32-bit numbers
+  constexpr std::size_t max_count = 0xfffffff0u / 3;  // triangles and vertices are 32-bit numbers
   const std::size_t triangles = mesh.triangles.size(), corners = 3 * triangles;
-  expect(triangles < most && mesh.positions.size() < most, mesh.name,
+  expect(triangles < max_count && mesh.positions.size() < max_count, mesh.name,
          "more than 1.4 billion triangles or vertices");
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t index : triangle)

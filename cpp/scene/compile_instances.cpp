@@ -161,8 +161,8 @@ void place_instances(Scene::Parts& parts, Warnings& warnings, const CancelPoint&
     }
     const Bounds bounds = world_bounds(mesh, instance.matrix, cancel);
     // rays further out meet nothing, and squares of distances must fit into floats
-    constexpr double most = 1e15;
-    if (!(bounds.diagonal() < most && bounds.middle().length() < most)) {
+    constexpr double max_length = 1e15;
+    if (!(bounds.diagonal() < max_length && bounds.middle().length() < max_length)) {
       huge.add(first_name(instance.names));
       continue;
     }

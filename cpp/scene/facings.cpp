@@ -12,7 +12,7 @@ namespace {
 // it rounds off the corner of max(0, cosine).
 constexpr float roundness = 0.7f;
 // a closed surface is seen through where it is transparent, and from within
-constexpr float least_part = 0.03f;
+constexpr float min_part = 0.03f;
 
 }  // namespace
 
@@ -78,7 +78,7 @@ float Facings::part(const Group& group, const V3d& point) const noexcept {
       sine = group.sine * wide_cosine + group.cosine * wide_sine;
   }
   const float rounded = 0.5f * (cosine + std::sqrt(square(cosine) + square(roundness * sine)));
-  return std::max(least_part, rounded) * static_cast<float>(nearness2);
+  return std::max(min_part, rounded) * static_cast<float>(nearness2);
 }
 
 Facings::Seen Facings::seen_from(const V3d& point) const noexcept {

@@ -22,7 +22,7 @@ struct EmissiveTriangle {
 
 class Facings {
  public:
-  static constexpr int most = 24;  // quarters of a cube's faces
+  static constexpr int max_facings = 24;  // quarters of a cube's faces
 
   // Which quarter of which face a normal goes through.
   [[nodiscard]] static int bin_of(const V3f& normal) noexcept;
@@ -40,7 +40,7 @@ class Facings {
   // How strongly a group lights a point, relative to its light: about the cosine between its normals and the
   // way to the point, by the way's square.
   struct Seen {
-    std::array<float, most> part;
+    std::array<float, max_facings> part;
     double all;  // of the whole mesh's light
   };
   [[nodiscard]] Seen seen_from(const V3d& point) const noexcept;

@@ -8,7 +8,7 @@ namespace sluice {
 namespace {
 
 constexpr double margin = 1;  // pixels: for what is rounded away, and the slack of a quad's edges
-constexpr double least_cosine_in_view = 1e-3;  // beside the camera a projection is not to be relied on
+constexpr double min_cosine_in_view = 1e-3;  // beside the camera a projection is not to be relied on
 
 // Pixels, both ends included.
 struct Rectangle {
@@ -26,7 +26,7 @@ std::optional<Rectangle> seen(const Quad& quad, const Camera& camera, const Rect
     const double depth = camera.depth(corner);
     behind += depth < 0;
     const auto pixel = camera.project(corner);
-    if (!pixel || !(std::abs(depth) > least_cosine_in_view * (corner - camera.position()).length())) {
+    if (!pixel || !(std::abs(depth) > min_cosine_in_view * (corner - camera.position()).length())) {
       all = frame;
       continue;
     }
@@ -44,7 +44,7 @@ std::optional<Rectangle> seen(const Quad& quad, const Camera& camera, const Rect
 GatesInView::GatesInView(const Edits& edits, const Camera& camera, const PixelFilter& filter,
                          const FrameDescription& frame) {
   const auto blocks = [&](int pixels) { return static_cast<std::size_t>((pixels - 1) >> shift_) + 1; };
-  while (blocks(frame.width) * blocks(frame.height) > most_blocks) ++shift_;
+  while (blocks(frame.width) * blocks(frame.height) > max_blocks) ++shift_;
   columns_ = blocks(frame.width);
   const std::size_t size = columns_ * blocks(frame.height);
   const Rectangle whole{0, 0, static_cast<double>(frame.width - 1), static_cast<double>(frame.height - 1)};
@@ -75,15 +75,15 @@ GatesInView::GatesInView(const Edits& edits, const Camera& camera, const PixelFi
     if (gates.empty()) continue;
     of_side.counts.resize(size);
     for (const Shown& gate : gates)
-      for_blocks(gate, [&](std::size_t at) { of_side.counts[at] += of_side.counts[at] <= most_listed; });
+      for_blocks(gate, [&](std::size_t at) { of_side.counts[at] += of_side.counts[at] <= max_listed; });
     std::uint32_t listed = 0;
     for (const std::uint8_t count : of_side.counts)
-      of_side.first.push_back(listed), listed += count <= most_listed ? count : 0;
+      of_side.first.push_back(listed), listed += count <= max_listed ? count : 0;
     of_side.gates.resize(listed);
     std::vector<std::uint32_t> next = of_side.first;
     for (const Shown& shown : gates)
       for_blocks(shown, [&](std::size_t at) {
-        if (of_side.counts[at] <= most_listed) of_side.gates[next[at]++] = shown.gate;
+        if (of_side.counts[at] <= max_listed) of_side.gates[next[at]++] = shown.gate;
       });
   }
 }

@@ -30,14 +30,14 @@ class GatesInView {
   [[nodiscard]] std::optional<std::span<const QuadId>> listed(Side side, int x, int y) const noexcept {
     const Blocks& blocks = blocks_[index(side)];
     const std::size_t at = block(x, y), count = blocks.counts[at];
-    if (count > most_listed) return std::nullopt;
+    if (count > max_listed) return std::nullopt;
     return std::span(blocks.gates).subspan(blocks.first[at], count);
   }
 
  private:
-  static constexpr std::size_t most_listed = 16, most_blocks = 1 << 14;
+  static constexpr std::size_t max_listed = 16, max_blocks = 1 << 14;
   struct Blocks {
-    std::vector<std::uint8_t> counts;  // of gates in each; most_listed + 1: more; empty: none anywhere
+    std::vector<std::uint8_t> counts;  // of gates in each; max_listed + 1: more; empty: none anywhere
     std::vector<std::uint32_t> first;  // of each in `gates`
     std::vector<QuadId> gates;
   };

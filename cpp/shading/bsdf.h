@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The scattering of light at one point seen from one direction: a short list of lobes, each with its event
 // (design §3). Directions are unit, in world space, and point away from the surface. Knows no textures, no
-// scene. A new lobe is an alternative of LobeShape with what lobes.h asks of it, and a row in the chi² list;
-// a forgotten overload does not compile.
+// scene. eval, pdf, sample and albedo are those of the whole list, functions named …_lobe those of one of its
+// lobes, and functions named …_shape (lobes.h) those of a lobe's shape in its own frame. A new lobe is an
+// alternative of LobeShape with what lobes.h asks of it, and a row in the chi² list; a forgotten overload
+// does not compile.
 #pragma once
 #include <array>
 #include <optional>
@@ -18,7 +20,7 @@ inline constexpr int max_lobes = 8;
 struct Lobe {
   // D, S (delta, whatever its roughness, or Blender roughness <= specular_threshold) or G
   Event event;
-  bool delta = false;      // one direction only: eval and pdf are 0
+  bool delta = false;      // one direction only: eval() and pdf() leave it out
   bool transmits = false;  // as its shape says: light leaves on the far side
   // bit i: light passes Bsdf::layers[i] on its way here (photons only; on view paths it is folded into
   // weight)

@@ -7,8 +7,8 @@
 namespace sluice {
 namespace {
 
-constexpr int largest_tree = 4096, deepest_tree = 256, most_instructions = 8192, most_closures = 128;
-constexpr int most_shader_visits = 4096;  // a shader that many mixes share is walked once per way to it
+constexpr int max_nodes = 4096, max_tree_depth = 256, max_instructions = 8192, max_closures = 128;
+constexpr int max_shader_visits = 4096;  // a shader that many mixes share is walked once per way to it
 
 [[nodiscard]] Register gray_of(const Instruction& i, const Evaluation& e) noexcept {
   return Register(luminance(operand(i, e, 0)));
@@ -77,7 +77,7 @@ Value MaterialCompiler::emit(const Instruction& instruction, Value::Type type, b
         instruction, Evaluation{program_, nowhere, nullptr, program_.specular_threshold});
     return make_constant(result, type);
   }
-  if (program_.instructions.size() >= most_instructions) {
+  if (program_.instructions.size() >= max_instructions) {
     overflow_ = true;
     return make_constant(V3f(0.5f), type);
   }
@@ -121,7 +121,7 @@ Value MaterialCompiler::build_output(int node, const std::string& output, int sh
   } else if (!open_.insert({node, shift}).second) {
     warn_node(node, "is part of a loop; grey is used");
     return neutral;
-  } else if (depth_ >= deepest_tree) {
+  } else if (depth_ >= max_tree_depth) {
     overflow_ = true;
     open_.erase({node, shift});
     return neutral;
@@ -142,8 +142,8 @@ void MaterialCompiler::build_shader(int node, const std::string& output, const V
   const std::string& kind = description_.nodes[static_cast<std::size_t>(node)].kind;
   if (weight.operand < 0 && max_component(program_.constants[static_cast<std::size_t>(~weight.operand)]) <= 0)
     return;
-  if (depth_ >= deepest_tree || program_.closures.size() >= most_closures ||
-      ++shader_visits_ > most_shader_visits) {
+  if (depth_ >= max_tree_depth || program_.closures.size() >= max_closures ||
+      ++shader_visits_ > max_shader_visits) {
     overflow_ = true;
     return;
   }
@@ -210,15 +210,15 @@ void MaterialCompiler::allocate_registers() {
 }
 
 Material MaterialCompiler::compile() {
-  if (description_.nodes.size() > largest_tree)
+  if (description_.nodes.size() > max_nodes)
     overflow_ = true;
   else
     build_shader(description_.surface, description_.surface_output,
                  make_constant(V3f(1), Value::Type::Number));
   if (!overflow_) allocate_registers();
   if (overflow_) {
-    warn("the node tree is too large (at most " + std::to_string(largest_tree) + " nodes, " +
-         std::to_string(deepest_tree) + " deep); a grey diffuse surface is used");
+    warn("the node tree is too large (at most " + std::to_string(max_nodes) + " nodes, " +
+         std::to_string(max_tree_depth) + " deep); a grey diffuse surface is used");
     MaterialDescription plain = default_material();
     plain.name = description_.name;
     return MaterialCompiler(plain, {}, program_.specular_threshold, warnings_).compile();

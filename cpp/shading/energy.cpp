@@ -128,7 +128,7 @@ struct ReflectingTable {
 }
 
 constexpr int glass_mu_nodes = 24, glass_roughness_nodes = 16, glass_eta_nodes = 25, glass_samples = 64;
-constexpr float largest_tilt = 0.5f;  // (eta - 1) / (eta + 1) of eta = 3
+constexpr float max_tilt = 0.5f;  // (eta - 1) / (eta + 1) of eta = 3
 
 struct DielectricTable {
   using Row = std::array<Dielectric, glass_mu_nodes>;
@@ -141,7 +141,7 @@ struct DielectricTable {
   }
 
   [[nodiscard]] static float grid_eta(int e) noexcept {
-    const float tilt = largest_tilt * (2 * static_cast<float>(e) / (glass_eta_nodes - 1) - 1);
+    const float tilt = max_tilt * (2 * static_cast<float>(e) / (glass_eta_nodes - 1) - 1);
     return (1 + tilt) / (1 - tilt);
   }
 
@@ -228,7 +228,7 @@ Dielectric dielectric(float mu, float roughness, float eta) noexcept {
   const float tilt = (eta - 1) / (eta + 1);
   const Position m = locate(std::sqrt(std::max(mu, 0.0f)), glass_mu_nodes),
                  r = locate(roughness, glass_roughness_nodes);
-  const Position e = locate(0.5f + 0.5f * tilt / largest_tilt, glass_eta_nodes);
+  const Position e = locate(0.5f + 0.5f * tilt / max_tilt, glass_eta_nodes);
   const auto along_mu = [&](int rough, int node) {
     const auto& row = nodes[rough][node];
     return mix_of(row[m.low], row[m.low + 1], m.f);

@@ -4,9 +4,9 @@
 // from the surface.
 //   eval_shape    f·|cos θ_i| without the lobe's weight and without η² (flux convention)
 //   pdf_shape     solid-angle density of sample_shape
-//   sample_shape  i, with weight = eval / pdf; false: no such direction (counted in the albedo as a loss)
-//   albedo_shape  ∫ eval over i
-// Delta shapes (is_delta) have eval and pdf 0; their sample has the whole weight and pdf 1.
+//   sample_shape  i, with weight = eval_shape / pdf_shape; false: no such direction (a loss to the albedo)
+//   albedo_shape  ∫ eval_shape over i
+// Delta shapes (is_delta) have eval_shape and pdf_shape 0; their sample has the whole weight and pdf 1.
 //
 // Each shape says three things about itself, from which the rest follows:
 //   sampling  by the cosine, so that pdf_shape, sample_shape, is_delta and angular_width need no overload; or

@@ -31,9 +31,9 @@ V3f closure_normal(const Closure& closure, const Evaluation& e) noexcept {
   if (n.dot(p.ng) < 0) n = -n;
   // A normal whose mirror direction goes below the surface, or that is itself seen from below, is bent up to
   // where it just does not.
-  constexpr float least = 0.01f;
+  constexpr float min_rise = 0.01f;
   V3f mirrored = n * (2 * n.dot(p.wo)) - p.wo;
-  const float above = mirrored.dot(p.ng), wanted = std::min(least, 0.9f * p.wo.dot(p.ng));
+  const float above = mirrored.dot(p.ng), wanted = std::min(min_rise, 0.9f * p.wo.dot(p.ng));
   if (above >= wanted && n.dot(p.wo) > 0) return n;
   if (above < wanted) mirrored = (mirrored + p.ng * (wanted - above)).normalized();
   const V3f bent = mirrored + p.wo;
@@ -144,8 +144,8 @@ void MaterialCompiler::fold() {
 void MaterialCompiler::average_emission() {
   if (!material_.emits_) return;
   material_.constant_emission_ = material_.program_->instructions.empty();
-  constexpr std::uint32_t most = 256;
-  const std::uint32_t samples = material_.constant_emission_ ? 1 : most;
+  constexpr std::uint32_t max_samples = 256;
+  const std::uint32_t samples = material_.constant_emission_ ? 1 : max_samples;
   ObjectShading object;
   object.object_to_world.makeIdentity();
   object.world_to_object.makeIdentity();

@@ -15,7 +15,7 @@ inline constexpr int arrival_count = 6;
 [[nodiscard]] constexpr unsigned bit_of(Arrival a) noexcept { return 1u << static_cast<unsigned>(a); }
 inline constexpr unsigned caustic_arrivals = bit_of(Arrival::Caustic) | bit_of(Arrival::SoftCaustic);
 inline constexpr unsigned edited_arrivals = bit_of(Arrival::Edited) | bit_of(Arrival::SoftEdited);
-inline constexpr unsigned arrivals_at_v = caustic_arrivals | edited_arrivals;
+inline constexpr unsigned caustic_and_edited_arrivals = caustic_arrivals | edited_arrivals;
 inline constexpr unsigned soft_arrivals = bit_of(Arrival::SoftCaustic) | bit_of(Arrival::SoftEdited);
 
 [[nodiscard]] constexpr bool is_edited(Arrival a) noexcept { return edited_arrivals & bit_of(a); }

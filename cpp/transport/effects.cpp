@@ -56,8 +56,8 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   if (effects.edited) effects.arrivals_at_v |= edited_arrivals;
   effects.stored_arrivals = effects.indirect ? (1u << arrival_count) - 1 : effects.arrivals_at_v;
   effects.reasons.push_back(
-      {"photons", effects.photons(),
-       effects.photons() ? "an effect above reads them" : "no effect above reads them"});
+      {"photons", effects.traces_photons(),
+       effects.traces_photons() ? "an effect above reads them" : "no effect above reads them"});
   return effects;
 }
 

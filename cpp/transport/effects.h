@@ -22,7 +22,7 @@ struct Effects {
   // of those, the ones read at the view path's own vertex: caustics, edited light
   unsigned arrivals_at_v = 0;
 
-  [[nodiscard]] bool photons() const noexcept { return stored_arrivals != 0; }
+  [[nodiscard]] bool traces_photons() const noexcept { return stored_arrivals != 0; }
 
   struct Reason {
     std::string effect;

@@ -48,16 +48,16 @@ int Film::add_planes(FilmContents contents) {
   return numbers;
 }
 
-// Combined and Noise are made of several sums.
+// In the order in which hosts list them. Combined and Noise are made of several sums.
 std::vector<Film::Plane> Film::fixed_planes() {
   std::vector<Plane> planes{{.pass = {"Combined", "RGBA"}, .reading = Reading::Combined}};
-  for (int i = 0; i < part_count; ++i)
-    planes.push_back({.pass = {name_of(static_cast<Part>(i)), "RGB"}, .part = i});
   for (const Feature& f : features)
     if (!f.name.empty())
       planes.push_back({.pass = {std::string(f.name), std::string(f.channels)},
                         .reading = f.is_mean ? Reading::Mean : Reading::Single,
                         .feature = &f});
+  for (int i = 0; i < part_count; ++i)
+    planes.push_back({.pass = {name_of(static_cast<Part>(i)), "RGB"}, .part = i});
   planes.push_back({.pass = {"Noise", "X"}, .reading = Reading::Noise});
   planes.push_back({.pass = {"Bias", "X"}, .reading = Reading::Bias});
   return planes;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What one view sample brings to the film, and the render passes that are made of it. A new pass is a member
 // of PixelSample with a row in `features` (without it nothing compiles), and the line that records it; sums,
-// the film's layout and the names told to the host follow from the table.
+// the film's layout and the passes that the host registers follow from the table.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -41,7 +41,7 @@ class Engine:
     def begin_result(self, *_args, layer):
         import sluice.passes
         passes = []
-        for item in sluice.passes.PASSES:
+        for item in sluice.passes.fixed_passes():
             found = Pass(True, len(item.channels), item.name)
             found.rect.size, found.rect.shape = 12 * len(item.channels), (12 * len(item.channels),)
             passes.append(found)
@@ -65,5 +65,7 @@ class Engine:
 def job_of_engine():
     """A job for render, as update leaves it: a small frame and very many passes."""
     from sluice.final import Job
+    from sluice.passes import fixed_passes
     frame = {"x0": 0, "y0": 0, "x1": 4, "y1": 3, "width": 4, "height": 3}
-    return Job("Layer", {"frame": frame, "edits": []}, {"passes": 100000, "photons": 1000, "time_limit": 0, "seed": 0, "frame": 1})
+    return Job("Layer", {"frame": frame, "edits": []}, {"passes": 100000, "photons": 1000, "time_limit": 0, "seed": 0, "frame": 1},
+               passes=fixed_passes())

@@ -15,7 +15,7 @@ def add(name, expression="L.*E"):
 @pytest.mark.parametrize(("name", "clean"), [
     ("Key light", "Key light"), (" a.b\tc\n", "a b c"), ("", "Layer"), ("...", "Layer"), ("Direct", "Direct 2"), ("Image", "Image 2"),
     ("é" * 30, "é" * 20), ("x" * 60, "x" * 40), ("Taken", "Taken 3"), ("y" * 40, "y" * 36 + " 2")])  # fmt: skip
-def test_clean_names(name, clean):
+def test_clean_names(fake_core, name, clean):
     from sluice.passes import clean_name
     assert clean_name(name, {"Taken", "Taken 2", "y" * 40}) == clean
     assert clean_name(clean) == clean

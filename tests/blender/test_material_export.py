@@ -281,7 +281,7 @@ def test_worlds():
     assert description["nodes"][description["surface"]]["kind"] == "Background" and inputs(description["nodes"][0])["Strength"]["value"][0] == 2
 
 
-def test_lamps_fold_to_colour_and_strength():
+def test_lamps_fold_to_colour_and_strength(core):
     lamp = bpy.data.lights.new("Lamp", 'POINT')
     assert exporter.light_emission(lamp, None) == ((1, 1, 1), 1)
     lamp.use_nodes = True
@@ -292,6 +292,7 @@ def test_lamps_fold_to_colour_and_strength():
     tree.links.new(blackbody.outputs[0], emission.inputs["Color"])
     color, strength = exporter.light_emission(lamp, None)
     assert strength == 3 and color == pytest.approx((1.77084, 0.844284, 0.272223), abs=3e-3)  # as Cycles 3.4.1 renders it
+    assert color == core.blackbody(3000)
     falloff, warnings = tree.nodes.new('ShaderNodeLightFalloff'), []
     tree.links.new(falloff.outputs[0], emission.inputs["Strength"])
     assert exporter.light_emission(lamp, lambda *warning: warnings.append(warning)) == ((1, 1, 1), 1)

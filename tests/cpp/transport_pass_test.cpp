@@ -381,7 +381,7 @@ TEST(Pass, NothingRunsThatNothingCalls) {
   settings.use_indirect = false;
   const Effects effects = find_effects(*compiled, settings);
   EXPECT_TRUE(effects.direct);
-  EXPECT_FALSE(effects.caustics || effects.edited || effects.indirect || effects.photons());
+  EXPECT_FALSE(effects.caustics || effects.edited || effects.indirect || effects.traces_photons());
 }
 
 }  // namespace

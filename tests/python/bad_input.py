@@ -119,6 +119,8 @@ spoil("orthographic scale 0", ("camera", "ortho_scale"), 0.0, how="fails", says=
 spoil("clip range empty", ("camera", "clip_end"), 0.0, how="fails", says="clip", item="Camera")
 spoil("specular threshold NaN", ("specular_threshold",), NAN, how="fails", says="threshold")
 spoil("max_gates negative", ("max_gates",), -1, how="fails", says="max_gates")
+spoil("max_gates 0", ("max_gates",), 0)
+spoil("max_gates of a billion", ("max_gates",), 10**9)
 spoil("image of negative size", ("images",), [{"name": "Wood", "width": -1, "height": -4, "rgba": np.zeros(16, np.float32)}], how="fails", says="negative", item="Wood")
 case("a picture for which there is no memory", how="fails", says="memory")(lambda d: d["frame"].update(width=65536, height=65536))
 
@@ -254,8 +256,8 @@ for factor, says in ((1e-7, "inexact"), (1e-4, ()), (1e5, ()), (1e8, "inexact"),
 
 # --- settings -----------------------------------------------------------------------------------------------------------------------------
 
-for settings in ({"passes": 0}, {"passes": -7}, {"photons": 0}, {"photons": -9}, {"max_depth": 0}, {"max_depth": -3}, {"max_depth": 10**9}, {"max_gates": 0},
-                 {"max_gates": 10**9}, {"seed": -1}, {"seed": 2**63 - 1}, {"threads": 64}, {"threads": 10**6}, {"threads": -4}, {"frame": -3, "use_animated_seed": True},
+for settings in ({"passes": 0}, {"passes": -7}, {"photons": 0}, {"photons": -9}, {"max_depth": 0}, {"max_depth": -3}, {"max_depth": 10**9},
+                 {"seed": -1}, {"seed": 2**63 - 1}, {"threads": 64}, {"threads": 10**6}, {"threads": -4}, {"frame": -3, "use_animated_seed": True},
                  {"caustic_radius_factor": 0.0}, {"caustic_radius_factor": -1.0}, {"time_limit": -1.0}, {"time_limit": 1e-9}, {"error_target": -1.0}):  # fmt: skip
     case(f"settings {settings}", **settings)(lambda d: None)
 case("settings {'seed': 2**64}", how="refused", says="seed", seed=2**64)(lambda d: None)

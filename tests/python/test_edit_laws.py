@@ -182,7 +182,7 @@ def test_once_and_repeat(repeat, gates):
     scene.sun((0, 0, -1), 3.0, name="Lamp")
     scene.edit("LF*" if repeat else "L", ENTRY, [exit_at((-0.5, 0.1, 0.5), (0.3, 0, 0), (0, 0.3, 0))], amount=0.5, repeat=repeat)
     scene.description["max_gates"] = gates
-    got = seeds(scene, SEEDS, passes=PASSES, photons=2 * PHOTONS, caustic_radius_factor=1.5, max_gates=gates)
+    got = seeds(scene, SEEDS, passes=PASSES, photons=2 * PHOTONS, caustic_radius_factor=1.5)
     share = 1 - 0.5**gates if repeat else 1
     assert_mean(got.stack("Edited").mean((1, 2, 3)) * 4, share * 0.36 * 3.0 * ALBEDO / math.pi)
     assert all((r.edit()["capped"] > 0) == repeat for r in got.renders)

@@ -320,18 +320,6 @@ def test_cmake_rule_can_fail():
     assert wrong_targets(bad) == ["sluice_edit links sluice_scene"]
 
 
-def test_both_tables_of_the_blackbody_agree():
-    """Lamps' nodes are worked out by the exporter (in double precision), materials' by the core (in single): the same table in two languages."""
-    def numbers(text):
-        return [float(number) for number in re.findall(r"(?<![\w.])\d+(?:\.\d+)?", text)]
-
-    exporter = (ROOT / "addon/export/material.py").read_text()
-    table = numbers(re.search(r"^_BLACKBODY = \([^\n]*\n(.*?)\)\)$", exporter, re.DOTALL | re.MULTILINE)[1])
-    assert len(table) == 33 * 3
-    of_core = [numbers(code_of(path).replace("f", " ")) for path in cpp_files(ROOT, "cpp/shading")]
-    assert sum(found[i : i + len(table)] == table for found in of_core for i in range(len(found))) == 1
-
-
 def test_lint():
     """ruff, with the rules of pyproject.toml (./run setup puts it into .venv)."""
     ruff = ROOT / ".venv/bin/ruff"

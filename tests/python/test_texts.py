@@ -165,13 +165,12 @@ def lost_links(root):
 
 
 def unnamed_properties(root):
-    """Public names that section 8 of the design does not tell: properties of artists, render passes."""
+    """Public names of properties that section 8 of the design does not tell (tests/python/test_tables.py asks the core for those of passes)."""
     design = read(root / "docs/design.md")
     section = re.search(r"^## 8\. .*?(?=^## |\Z)", design, re.MULTILINE | re.DOTALL)
     told = set(re.findall(r"\w+", section.group())) if section else set()
     properties = re.findall(r"^    (\w+): \w+Property\(", read(root / "addon/properties.py"), re.MULTILINE)
-    passes = re.findall(r'^    Pass\("(\w+)"', read(root / "addon/passes.py"), re.MULTILINE)
-    return [name for name in properties + passes if name not in told | {"active_layer"}]  # the panel's own
+    return [name for name in properties if name not in told | {"active_layer"}]  # the panel's own
 
 
 def unplaced_steps(root):
@@ -222,7 +221,7 @@ BAD = {
     ],
     unnamed_properties: [
         {"docs/design.md": "## 8. Names\n`seed`\n", "addon/properties.py": "class A:\n    seed: IntProperty(\n    solo: BoolProperty(name='x')\n"},
-        {"docs/design.md": "## 8. Names\nDepth\n\n## 9. Later\nNormal\n", "addon/passes.py": 'PASSES = (\n    Pass("Depth", "Z"),\n    Pass("Normal", "XYZ"),\n'},
+        {"docs/design.md": "## 8. Names\n`solo`\n\n## 9. Later\n`seed`\n", "addon/properties.py": "class A:\n    seed: IntProperty(\n"},
     ],
     unplaced_steps: [
         {"CONTRIBUTING.md": "## Adding a lobe\n\n1. Write the shape.\n"},

@@ -117,7 +117,7 @@ std::vector<LightContribution> contributions_of(const PilotContext& context, con
         if (!worth.is_seen(c, i)) continue;
         const double of_photon = worth(c, i, flux);
         light.seen += flux, of_path += of_photon;
-        if (arrivals_at_v & bit_of(photon.arrival)) close += of_photon;
+        if (caustic_and_edited_arrivals & bit_of(photon.arrival)) close += of_photon;
       }
       if (!(of_path > 0)) continue;
       light.worth += of_path;

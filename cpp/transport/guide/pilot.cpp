@@ -37,7 +37,7 @@ Guide make_guide(const Scene& scene, const TransportSettings& settings, const Ef
   Guide guide;
   guide.min_radius = guide.max_radius = guide.radius = widest_gather(scene);
   guide.caustic_radius = bounds.common(static_cast<float>(seen.footprint));
-  if (!effects.photons() || scene.lights().empty()) return guide;
+  if (!effects.traces_photons() || scene.lights().empty()) return guide;
 
   const EmissionPlan plan = plan_emission(context, seen);
   guide.emission = emission_of_pilot(plan, scene);

@@ -135,7 +135,7 @@ DiskRadii size_disks(const PilotContext& context, PhotonMap::Chunks photons, con
     return make_cache(context, photons, seen,
                       {arrivals, held * part, bounds.common(footprint), near, widest});
   };
-  return {.sharp = cache_of(arrivals_at_v & ~soft_arrivals, photons_on_disk, near),
+  return {.sharp = cache_of(caustic_and_edited_arrivals & ~soft_arrivals, photons_on_disk, near),
           .soft = cache_of(soft_arrivals, photons_on_soft_disk, far)};
 }
 

@@ -39,12 +39,12 @@ void SampleSums::finish(const Sample& sample) noexcept {
 // The sum of numbers that are finite need not be. It is capped so that the sum of all parts of all samples of
 // a pixel is.
 void SampleSums::add_up(Color& sum, const Color& radiance) noexcept {
-  constexpr float most = std::numeric_limits<float>::max() / (8 * SampleMap::max_samples);
+  constexpr float max_sum = std::numeric_limits<float>::max() / (8 * SampleMap::max_samples);
   static_assert(part_count <= 8);
   sum += radiance;
-  if (max_component(sum) < most) return;
+  if (max_component(sum) < max_sum) return;
   ++counts.non_finite;
-  for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], most);
+  for (int c = 0; c < 3; ++c) sum[c] = std::min(sum[c], max_sum);
 }
 
 void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, const BlurredLight& light,

@@ -8,8 +8,8 @@ import time
 import numpy as np
 
 __version__ = "0.1.0"
-_CHANNELS = {"Combined": 4, "Depth": 1, "Normal": 3, "Albedo": 3, "Direct": 3, "Caustics": 3, "Edited": 3, "Indirect": 3,
-             "Emission": 3, "Noise": 1}
+# Of each kind some; they need not be all that the core has.
+passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"))
 last_description = None  # what the last session was given, for tests
 last_settings = None
 seconds_per_photon = 1e-8
@@ -56,6 +56,12 @@ def check_layer_expression(text, names):
     return {"warnings": found["warnings"]}
 
 
+def blackbody(kelvin):
+    """Redder below 6500 K and bluer above, and no more like the real one than that."""
+    blue = min(max(kelvin, 965), 12000) / 6500
+    return 1 / blue, 1.0, blue
+
+
 class Session:
     def __init__(self):
         self._state, self._error, self._warnings = 'idle', None, []
@@ -65,7 +71,8 @@ class Session:
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
         self._description, self._frame, self._settings = last_description, last_description["frame"], last_settings
-        self._channels = {**_CHANNELS, **{layer["name"]: 3 for layer in last_description.get("layers", ())}}
+        self._channels = {name: len(channels) for name, channels in passes}
+        self._channels.update({layer["name"]: 3 for layer in last_description.get("layers", ())})
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
             name = edit["entry"]["name"]

@@ -86,7 +86,7 @@ inline std::vector<Regions> render_core(const Scene& scene, TransportSettings se
     for (int pass = 0; pass < how.passes; ++pass) {
       const PassContext context{scene, settings, effects, guide, pass};
       Counts of_pass;
-      (void)(!effects.photons() || photon_pass.run(context, pool, cancel, photons, of_pass));
+      (void)(!effects.traces_photons() || photon_pass.run(context, pool, cancel, photons, of_pass));
       (void)view_pass.run(context, photons, pool, cancel, film, lock, of_pass);
       counts += of_pass;
     }
