@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How wrong a picture still is, told without a reference: its noise by the spread of the film's streams, its
-// bias by kernels of two widths (density.h), both relative as relative_variance() has it and without the worst
+// bias by kernels of two widths (density.h), both relative as relative_variance() has it, without the worst
 // 0.1 % of the pixels. And what less would cost.
 #pragma once
 #include <cstdint>
@@ -18,7 +18,7 @@ struct Accuracy {
   double seconds = 0;                   // of rendering, then
   std::uint64_t rays = 0, photons = 0;  // traced, emitted until then
   double noise = -1, bias = 0;          // relative, 0.01 = 1 %; noise < 0: not known yet
-  ErrorShares shares = {};                   // of noise² and bias²
+  ErrorShares shares = {};              // of noise² and bias²
 
   [[nodiscard]] bool is_known() const noexcept { return noise >= 0; }
   // What is told as *the* error: the root of the mean square of both together.

@@ -85,7 +85,7 @@ Color eval_infinite(const Scene& scene, int light, const V3f& direction, bool ca
   return std::visit(visit, asked.kind);
 }
 
-std::size_t most_lamp_hits(const Scene& scene) noexcept { return parts_of(scene).shaped_lamps.size(); }
+std::size_t max_lamp_hits(const Scene& scene) noexcept { return parts_of(scene).shaped_lamps.size(); }
 
 int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found) noexcept {
   const Scene::Parts& parts = parts_of(scene);

@@ -131,7 +131,7 @@ struct LampHit {
   double t;
   Color radiance;
 };
-[[nodiscard]] std::size_t most_lamp_hits(const Scene& scene) noexcept;  // of one ray
+[[nodiscard]] std::size_t max_lamp_hits(const Scene& scene) noexcept;  // of one ray
 // Writes the lamps on [0, t_max] in front of the ray, at most found.size() of them, in no order; returns how
 // many. A camera ray sees only those whose description says so.
 [[nodiscard]] int intersect_lamps(const Scene& scene, const Ray& ray, std::span<LampHit> found) noexcept;

@@ -13,7 +13,7 @@ namespace {
 
 using Cone = kinds::DirectionCone;
 
-constexpr int most_depth = 40;  // below it nodes are halved by number, so that none is much deeper
+constexpr int max_halved_depth = 40;  // below it nodes are halved by number, so that none is much deeper
 
 // The smallest cone around both.
 Cone join(const Cone& a, const Cone& b) {
@@ -82,7 +82,7 @@ std::size_t split(std::span<const Item> items, std::span<std::uint32_t> members,
   const int axis = longest_axis(items, members);
   std::ranges::sort(members, {}, [&](std::uint32_t i) { return std::pair(items[i].place[axis], i); });
   const std::size_t count = members.size(), half = count / 2;
-  if (depth >= most_depth) return half;
+  if (depth >= max_halved_depth) return half;
   Group all;
   for (const std::uint32_t i : members) all.add(items[i]);
   const double size = all.bounds.diagonal();

@@ -66,7 +66,8 @@ class Film {
                 std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // Render passes by their public names: Combined, those of PixelSample's features, one per Part, Noise, Bias.
+  // Render passes by their public names: Combined, those of PixelSample's features, one per Part, Noise and
+  // Bias.
   // Fixed: no layer may be called so, whether or not the film holds it.
   struct PassName {
     std::string name, channels;  // channels: a letter each, as files name them

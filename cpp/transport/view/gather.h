@@ -25,7 +25,7 @@ class Gather {
         selection_(selection),
         sums_(sums),
         direct_(direct),
-        lamps_(most_lamp_hits(context.scene)) {}
+        lamps_(max_lamp_hits(context.scene)) {}
 
   // Caustics and edited light: photons that arrived at v by a followed lobe or through an exit.
   void add_photons_at_v(const Sample& sample, const ViewPath& path, const Vertex& v);

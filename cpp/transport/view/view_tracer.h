@@ -34,7 +34,7 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   ViewTracer(const Scene& scene, const TransportSettings& settings, const Effects& effects, int threads)
       : context_{scene, settings, effects},
         selection_(scene.edits(), effects, {state_memory_of_one(settings, threads)}),
-        lamps_(most_lamp_hits(scene)) {}
+        lamps_(max_lamp_hits(scene)) {}
   ViewTracer(const ViewTracer&) = delete;  // its parts know each other
   ViewTracer& operator=(const ViewTracer&) = delete;
 
