@@ -81,8 +81,8 @@ class Film {
   [[nodiscard]] std::vector<float> image(const std::string& name) const;
 
   [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
-  // Relative standard error of the whole picture, 0.01 = 1 %: the square root of the mean over pixels, but for
-  // the worst (kept_by_trim), of var / (mean² + (image mean / 10)²); < 0: fewer than 4 passes, or black.
+  // Relative standard error of the whole picture, 0.01 = 1 %: the square root of the mean over pixels, but
+  // for the worst (kept_by_trim), of var / (mean² + (image mean / 10)²); < 0: fewer than 4 passes, or black.
   [[nodiscard]] double relative_error() const;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile

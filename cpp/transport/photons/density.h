@@ -132,7 +132,7 @@ class Receiver {
 };
 
 // The bias of a density grows with the kernel's radius, as r² where the density is smooth (Silverman 1986,
-// eq. 3.14), so a kernel of half the area has half of it, and twice the difference of both is an estimate of
+// §4.3), so a kernel of half the area has half of it, and twice the difference of both is an estimate of
 // it (Richardson's extrapolation). At an edge, where it grows more slowly, that is still near: its root mean
 // square is 1.6 times the difference's. Both sums go over the same photons, so that it costs no other query.
 // Of one photon: the bias that it tells of, relative to what it brings, by the kernel's value there and that
