@@ -142,9 +142,9 @@ class Receiver {
 }
 
 // Both estimators return the sum of f Φ k over the photons that `rule` lets in, where the kernel k integrates
-// to 1 over the surface. They call found(photon, f Φ k, its bias_share, is_summed) for every other photon that
-// the kernel reaches, and for a photon of the sum if ask(q), called for its state q, wants it handed over as
-// well. Only flat diffuse receivers (Receiver::is_flat) sum; others hand over every photon.
+// to 1 over the surface. They call found(photon, f Φ k, its bias_share, is_summed) for every other photon
+// that the kernel reaches, and for a photon of the sum if ask(q), called for its state q, wants it handed
+// over as well. Only flat diffuse receivers (Receiver::is_flat) sum; others hand over every photon.
 //
 // At y, one radius for all photons: k = 1 / (π r²), the fewest photons to look at.
 template <class Ask, class Found>
