@@ -12,40 +12,15 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/blender")]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests/bench"), str(ROOT / "tests/blender")]
 import box
+from blender_session import sluice
 from windowless import Window
-
-
-def sluice(scene, box_filter=False, **settings):
-    """One render by a session of the core: (image, progress, statistics)."""
-    from sluice import core, final
-
-    for item in scene.objects:
-        for modifier in item.modifiers:
-            if modifier.type == "SUBSURF":
-                modifier.levels = modifier.render_levels  # the depsgraph here is the viewport's
-    engine = SimpleNamespace(update_stats=lambda *_: None, test_break=lambda: False, camera_override=None, is_preview=False,
-                             resolution_x=scene.render.resolution_x, resolution_y=scene.render.resolution_y)  # fmt: skip
-    final.update(engine, bpy.data, bpy.context.evaluated_depsgraph_get())
-    if engine.job.failure:
-        raise engine.job.failure
-    engine.job.description["frame"]["filter_box"] = box_filter
-    session = core.new_session()
-    session.start(engine.job.description, {**engine.job.settings, **settings})
-    while not session.wait(0.05):
-        pass
-    progress = session.progress()
-    if progress["state"] == "failed":
-        raise final.core_failure(progress)
-    image = session.snapshot(["Combined"])["Combined"][..., :3].astype(np.float64)
-    return image, progress, session.statistics()
 
 
 def cycles(scene, samples, seed):
