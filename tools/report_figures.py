@@ -2,6 +2,7 @@
 """From what tools/report_render.py leaves in a folder to the figures of a report: the contents of report.json."""
 
 import json
+import math
 import platform
 from pathlib import Path
 
@@ -18,10 +19,14 @@ def pictures(folder: Path, name: str) -> np.ndarray:
 
 
 def estimate(run: dict) -> dict:
-    """What a render says of itself at its end. The error is measured after every four passes, so a few passes may be missing: they are
-    counted as if they had not changed it."""
+    """What a render says of itself at its end. The error is measured after every four passes; for those that came later it is taken to have
+    fallen by the laws of noise and bias."""
     found = run["statistics"]["accuracy"]
-    return {key: found[-1][key] if found else None for key in ("error", "noise", "bias")}
+    if not found:
+        return {"error": None, "noise": None, "bias": None}
+    less = found[-1]["pass"] / run["passes"]
+    noise, bias = found[-1]["noise"] * less**0.5, found[-1]["bias"] * less ** (-measures.BIAS_FALLS / 2)
+    return {"error": math.hypot(noise, bias), "noise": noise, "bias": bias}
 
 
 def work_of(run: dict) -> dict:

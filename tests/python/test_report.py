@@ -117,6 +117,14 @@ def test_settings_are_compared_at_the_same_error():
     assert [name for name, row in rows.items() if row["best"]] == ["1.2"]
 
 
+def test_estimates_are_those_of_the_last_pass():
+    """Measured after 4 passes of 16: noise is half of that then, bias 4^(-1/3)."""
+    accuracy = [{"pass": 4, "error": 0.5, "noise": 0.4, "bias": 0.3}]
+    found = report_tool.report_figures.estimate({"passes": 16, "statistics": {"accuracy": accuracy}})
+    assert (found["noise"], found["bias"]) == pytest.approx((0.2, 0.3 * 4 ** (-1 / 3)))
+    assert report_tool.report_figures.estimate({"passes": 2, "statistics": {"accuracy": []}})["error"] is None
+
+
 def test_slope_of_a_power():
     assert measures.slope([{"seconds": s, "error": 0.3 * s**-0.4} for s in (1, 2, 5, 9)], "error") == pytest.approx(-0.4)
     assert measures.slope([{"seconds": 1, "error": 0.3}], "error") is None
