@@ -42,7 +42,7 @@ def seconds(value) -> str:
 def table(heads: list[str], rows: list[list], marked=()) -> str:
     """Numbers to the right, sentences to the left; marked rows stand out."""
     def cell(value):
-        kind = " class=words" if str(value).count(" ") > 1 else ""
+        kind = " class=words" if len(str(value)) > 20 else ""
         return f"<td{kind}>{escape(str(value))}</td>"
 
     lines = ["<div class=wide><table><tr>" + "".join(f"<th>{escape(head)}</th>" for head in heads) + "</tr>"]
