@@ -104,6 +104,7 @@ def room_by_a_window(size):
 
 def gloss_on_gloss(size):
     """Things of plastic and brushed metal on a wet floor under a sky with a lamp."""
+
     def gloss(color, roughness):
         return [{"kind": "BsdfGlossy", "name": "Gloss", "options": {"distribution": "GGX"},
                  "inputs": [{"name": "Color", "value": [*color, 1.0]}, {"name": "Roughness", "value": [roughness] * 4}]}]  # fmt: skip
