@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import blender_session
 
-ENDLESS = {"time_limit": 0.0, "error_target": 0.0, "explain_edits": False}
+ENDLESS = {"time_limit": 0.0, "error_target": 0.0, "explain_edits": False, "render_passes": ["Noise", "Bias"]}  # whatever the scene asks for
 NARROW = 2.0  # caustic_radius_factor of references: half of the default
 RADIUS = 4.0  # its default
 SWITCHES = {"direct": "use_direct", "caustics": "use_caustics", "edited light": "use_edited", "indirect": "use_indirect"}
