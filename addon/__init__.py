@@ -33,6 +33,7 @@ from . import (  # noqa: E402
     native_panels,
     overlay,
     panels,
+    pass_panels,
     presets,
     properties,
     renaming,
@@ -40,8 +41,8 @@ from . import (  # noqa: E402
 )
 
 _registered = (  # They are registered in this order and taken away in the opposite one.
-    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, layers, native_panels, engine,
-    arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
+    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, pass_panels, layers, native_panels,
+    engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
 )
 
 

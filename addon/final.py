@@ -48,6 +48,7 @@ class Job:
     settings: dict[str, Any] = field(default_factory=dict)
     warnings: list[tuple[str, str]] = field(default_factory=list)
     passes: tuple[passes.Pass, ...] = (passes.COMBINED,)
+    asked: dict[str, str] = field(default_factory=dict)  # by the name of a pass: who asks for it
     failure: Failure | None = None
     cancelled: bool = False
 
@@ -76,13 +77,17 @@ def _copy_scene(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph
     camera = export_camera(camera_object, camera_object.matrix_world, context.warn)
     frame = export_frame(engine.resolution_x, engine.resolution_y, scene.render)
     job.settings = {**export_settings(scene), "explain_edits": True}
+    job.description = export.export_scene(depsgraph, camera, frame, context)
     if engine.is_preview:
         job.settings = for_preview(job.settings)
-    job.description = export.export_scene(depsgraph, camera, frame, context)
+        return
     job.description["layers"] = passes.export_layers(depsgraph.view_layer_eval)
     for layer in job.description["layers"]:
         layer["expression"] = context.names.homes.read(layer["expression"], scene.original.library)
-    job.passes = passes.all_passes(job.description["layers"])
+    asked = passes.asked(depsgraph.scene, depsgraph.view_layer_eval, job.description["layers"])
+    job.passes, job.asked = tuple(asked), {item.name: who for item, who in asked.items()}
+    fixed = set(passes.fixed_passes())
+    job.settings["render_passes"] = [item.name for item in asked if item in fixed]
 
 
 def render(engine: SluiceRenderEngine) -> None:
@@ -148,7 +153,8 @@ def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[st
     """Says why the render stopped, and puts into the file's header what made it."""
     if not engine.is_preview:
         print(f"sluice: {render_progress.summary(progress)}", flush=True)
-        print(session.statistics()["report"], flush=True)
+        print(session.statistics()["report"].rstrip("\n"), flush=True)
+        print("render passes: " + ", ".join(f"{name} ({who})" for name, who in job.asked.items()), flush=True)
         edit_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
             engine.report({'INFO'}, f"Sluice: {render_progress.summary(progress)}")

@@ -203,7 +203,24 @@ class SluiceLayer(bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_expression_changed)
 
 
-class SluiceViewLayer(bpy.types.PropertyGroup):
+def _pass_switched(self: Any, _context: bpy.types.Context) -> None:
+    """The compositor learns which passes there are now."""
+    for view_layer in self.id_data.view_layers:
+        if view_layer.sluice == self:
+            view_layer.update_render_passes()
+
+
+class _PassSwitches:
+    """Which render passes a picture has beside Combined. Blender registers these properties as SluiceViewLayer's own."""
+
+    __annotations__ = {
+        f"use_pass_{name.lower()}": BoolProperty(
+            name=name, description=shows, default=name == "Noise", override=OVERRIDABLE, update=_pass_switched)
+        for name, shows in passes.SHOWS.items()
+    }
+
+
+class SluiceViewLayer(_PassSwitches, bpy.types.PropertyGroup):
     """Settings of a view layer."""
 
     layers: CollectionProperty(

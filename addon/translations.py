@@ -29,7 +29,12 @@ FRENCH = {
     "What the Eye Sees": "Ce que l'œil voit", "All Reflections": "Tous les reflets",
     # layers
     "Light Layers": "Calques de lumière", "Add Light Layer": "Ajouter un calque de lumière",
+    "Active Light Layer": "Calque de lumière actif",
     "Remove Light Layer": "Retirer le calque de lumière", "Move Light Layer": "Déplacer le calque de lumière",
+    # render passes
+    "Albedo": "Albédo", "Edited": "Éditée", "Emission": "Émission", "Noise": "Bruit", "Bias": "Biais", "Data": "Données", "Quality": "Qualité",
+    "Depth": "Profondeur", "Normal": "Normale", "Combined, always": "Combinée, toujours",
+    "The compositor asks for it too": "Le compositeur la demande aussi",
     # the render
     "Sampling": "Échantillonnage", "Passes": "Passes", "Photons": "Photons", "Seed": "Graine", "Animated Seed": "Graine animée",
     "Adaptive Sampling": "Échantillonnage adaptatif",

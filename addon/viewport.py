@@ -107,7 +107,7 @@ def _copy_edits(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> boo
 
 
 def _settings(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
-    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
+    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False, "render_passes": []}
     # With one seed for all frames, those in which nothing moves are one picture: it goes on.
     return found if found["use_animated_seed"] else {**found, "frame": 0}
 

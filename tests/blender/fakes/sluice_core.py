@@ -9,7 +9,8 @@ import numpy as np
 
 __version__ = "0.1.0"
 # Of each kind some; they need not be all that the core has.
-passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"))
+passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"),
+          ("Bias", "X"))
 last_description = None  # what the last session was given, for tests
 last_settings = None
 seconds_per_photon = 1e-8
@@ -71,7 +72,8 @@ class Session:
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
         self._description, self._frame, self._settings = last_description, last_description["frame"], last_settings
-        self._channels = {name: len(channels) for name, channels in passes}
+        asked = {"Combined", "Noise", *last_settings.get("render_passes", [name for name, _channels in passes])}
+        self._channels = {name: len(channels) for name, channels in passes if name in asked}
         self._channels.update({layer["name"]: 3 for layer in last_description.get("layers", ())})
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
@@ -129,7 +131,7 @@ class Session:
         return list(self._warnings)
 
     def snapshot(self, names):
-        if self._state == 'failed' or self._advance() == 0:
+        if self._state == 'failed' or self._advance() == 0 or not self._channels.keys() >= set(names):
             return None
         frame = self._frame
         rows, columns = np.mgrid[frame["y0"]:frame["y1"], frame["x0"]:frame["x1"]].astype(np.float32)
