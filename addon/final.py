@@ -115,7 +115,8 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     session.start(job.description, job.settings)
     job.description = {}  # The core has a copy of its own now.
     names = [item.name for item in job.passes]
-    stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
+    target = job.settings["error_target"]
+    stream = render_progress.Stream(engine, result, names, not render_progress.in_background(), target)
     log = render_progress.ProgressLog(job.settings["frame"], job.layer)
     stopped = False
     while not session.wait(POLL):
@@ -127,6 +128,7 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
+    progress["passes_to_target"] = progress["passes_to_target"] or stream.passes_to_target
     # Each is told once, also when the render failed: it may say why.
     _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':
@@ -151,17 +153,18 @@ def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
 
 def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[str, Any], job: Job) -> None:
     """Says why the render stopped, and puts into the file's header what made it."""
+    told = render_progress.summary(progress, job.settings["error_target"])
     if not engine.is_preview:
-        print(f"sluice: {render_progress.summary(progress)}", flush=True)
+        print(f"sluice: {told}", flush=True)
         print(session.statistics()["report"].rstrip("\n"), flush=True)
         print("render passes: " + ", ".join(f"{name} ({who})" for name, who in job.asked.items()), flush=True)
         edit_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
-            engine.report({'INFO'}, f"Sluice: {render_progress.summary(progress)}")
+            engine.report({'INFO'}, f"Sluice: {told}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
-        "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
+        "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()), **render_progress.stamps(progress),
         **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
     result = engine.get_result()  # Blender loses the fields of a tile's result; the whole result keeps them.

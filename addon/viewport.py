@@ -171,7 +171,7 @@ def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> 
     if finished and view.stale:
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
-    engine.update_stats("Sluice", render_progress.line(view.session.progress()))
+    engine.update_stats("Sluice", render_progress.line(view.session.progress(), view.settings["error_target"]))
     if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
         edit_statistics.remember(view.session)
         edit_statistics.redraw()

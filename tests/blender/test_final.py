@@ -129,7 +129,8 @@ def test_the_header_tells_what_made_the_image(rendered, edited_scene):
     edited_scene.sluice.seed = 7
     header = oiiotool("--info", "-v", rendered())
     for line in ('Sluice seed: "7"', 'Sluice passes: "3"', 'Sluice photons: "3000"', 'Sluice stop: "passes"',
-                 'Sluice film hash: "0123456789abcdef"', 'Sluice version: "0.1.0"', 'Sluice frame: "1"', 'Sluice warnings: "0"'):
+                 'Sluice film hash: "0123456789abcdef"', 'Sluice version: "0.1.0"', 'Sluice frame: "1"', 'Sluice warnings: "0"',
+                 'Sluice error: "12.5 %"', 'Sluice noise: "10 %"', 'Sluice bias: "7.5 %"'):
         assert line in header
 
 

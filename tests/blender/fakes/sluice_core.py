@@ -120,8 +120,14 @@ class Session:
         done = self._advance()
         seconds = time.monotonic() - self._begin
         return {"state": self._state, "pass": done, "passes": self._settings["passes"], "photons": done * self._settings["photons"],
-                "seconds": seconds, "seconds_left": 1.0, "error_estimate": 0.5 / (done + 1), "memory": 1 << 20, "message": "",
+                "seconds": seconds, "seconds_left": 1.0, "error_estimate": 0.5 / (done + 1), "noise": 0.4 / (done + 1),
+                "bias": 0.3 / (done + 1), "main_cause": ("Direct", 0.75) if done else None,
+                "passes_to_target": self._to_target() if self._state == 'rendering' and done else None, "memory": 1 << 20, "message": "",
                 "error": self._error, "stop_reason": self._stop or 'cancelled'}
+
+    def _to_target(self):
+        target = self._settings["error_target"] / 100
+        return 0.5 / target - 1 if target > 0 else None
 
     def cancel(self):
         if self._state == 'rendering':
