@@ -17,6 +17,7 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
+    accuracy_panels,
     arrivals,
     compat,
     core,
@@ -36,13 +37,14 @@ from . import (  # noqa: E402
     pass_panels,
     presets,
     properties,
+    render_statistics,
     renaming,
     translations,
 )
 
 _registered = (  # They are registered in this order and taken away in the opposite one.
-    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, pass_panels, layers, native_panels,
-    engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
+    translations, properties, edit_operators, exit_operators, menus, presets, panels, accuracy_panels, edit_panels, edit_list,
+    pass_panels, layers, native_panels, engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics, render_statistics,
 )
 
 

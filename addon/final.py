@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from . import core, edit_statistics, export, passes, render_progress
+from . import core, edit_statistics, export, passes, render_progress, render_statistics
 from .export.camera import export_camera, export_frame
 from .export.description import Description
 from .export.scene_names import Names
@@ -159,6 +159,7 @@ def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[st
         print(session.statistics()["report"].rstrip("\n"), flush=True)
         print("render passes: " + ", ".join(f"{name} ({who})" for name, who in job.asked.items()), flush=True)
         edit_statistics.remember(session)
+        render_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
             engine.report({'INFO'}, f"Sluice: {told}")
     stamps = {

@@ -35,6 +35,9 @@ FRENCH = {
     "Albedo": "Albédo", "Edited": "Éditée", "Emission": "Émission", "Noise": "Bruit", "Bias": "Biais", "Data": "Données", "Quality": "Qualité",
     "Depth": "Profondeur", "Normal": "Normale", "Combined, always": "Combinée, toujours",
     "The compositor asks for it too": "Le compositeur la demande aussi",
+    # what runs, and how accurate it is
+    "What Will Be Simulated": "Ce qui sera simulé", "Effects": "Effets", "Effect": "Effet", "Accuracy": "Précision", "Share": "Part de l'erreur",
+    "Blur": "Flou", "Show Curve": "Montrer la courbe", "What This Number Is": "Ce qu'est ce nombre",
     # the render
     "Sampling": "Échantillonnage", "Passes": "Passes", "Photons": "Photons", "Seed": "Graine", "Animated Seed": "Graine animée",
     "Adaptive Sampling": "Échantillonnage adaptatif",

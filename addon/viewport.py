@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
-from . import changes, core, edit_statistics, export, final, render_progress
+from . import changes, core, edit_statistics, export, final, render_progress, render_statistics
 from .export.camera import export_view
 from .export.description import Description
 from .export.scene_names import Names
@@ -174,6 +174,7 @@ def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> 
     engine.update_stats("Sluice", render_progress.line(view.session.progress(), view.settings["error_target"]))
     if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
         edit_statistics.remember(view.session)
+        render_statistics.remember_effects(view.session)
         edit_statistics.redraw()
         view.told = True
     if finished and not is_new and view.level + 1 < len(_LEVELS):
