@@ -43,9 +43,9 @@ def draw(rows: Sequence[Mapping[str, Any]]) -> np.ndarray:
         _fill(pixels, _LEFT, WIDTH - _RIGHT, _row(place), _row(place) + 1, _GRID)
         _write(pixels, number + " %", _LEFT // 2 - 4, _row(place) - 5, _INK)
     _write(pixels, "TIME S", WIDTH // 2, 8, _INK)
-    for index, (name, color) in reversed(list(enumerate(CURVES))):  # the error lies above the others
+    for index, (name, color) in enumerate(CURVES):
         _write(pixels, _LABELS[name], _LEFT + 40 + 90 * index, HEIGHT - 25, color)
-        _plot(pixels, _within(curves[name][:, 0], low), _within(curves[name][:, 1], high), color)
+        _plot(pixels, _within(curves[name][:, 0], low), _within(curves[name][:, 1], high), color, 4 if name == "error" else 2)
     return pixels
 
 
@@ -82,17 +82,17 @@ def _fill(pixels: np.ndarray, x0: int, x1: int, y0: int, y1: int, color: Sequenc
     pixels[max(y0, 0):y1, max(x0, 0):x1, :3] = color
 
 
-def _plot(pixels: np.ndarray, x: np.ndarray, y: np.ndarray, color: Sequence[float]) -> None:
-    """A curve two pixels thick, its points as dots."""
+def _plot(pixels: np.ndarray, x: np.ndarray, y: np.ndarray, color: Sequence[float], thickness: int) -> None:
+    """A curve, its points as dots. The error is the thickest: where noise or blur is all of it, both are seen."""
     if not len(x):
         return
     along = np.arange(len(x))
     dense = np.linspace(0, len(x) - 1, 2 * WIDTH * min(len(x), 64))
     columns, rows = _column(np.interp(dense, along, x)), _row(np.interp(dense, along, y))
-    for right, up in np.ndindex(2, 2):
-        pixels[rows + up, columns + right, :3] = color
+    for right, up in np.ndindex(thickness, thickness):
+        pixels[rows + up - thickness // 2, columns + right - thickness // 2, :3] = color
     for column, row in zip(_column(x), _row(y)):
-        _fill(pixels, column - 1, column + 3, row - 1, row + 3, color)
+        _fill(pixels, column - thickness, column + thickness, row - thickness, row + thickness, color)
 
 
 def _write(pixels: np.ndarray, text: str, x: int, y: int, color: Sequence[float]) -> None:

@@ -130,7 +130,7 @@ def _draw_table(layout: bpy.types.UILayout, heading: str, rows: list[tuple[str, 
 
 
 def _draw_row(layout: bpy.types.UILayout, name: str, cells: tuple[str, str, str]) -> None:
-    split = layout.split(factor=0.4)
+    split = layout.split(factor=0.31)
     split.label(text=name)
     numbers = split.row()
     for cell in cells:

@@ -21,9 +21,9 @@ class SLUICE_PT_passes(Panel, bpy.types.Panel):
         view_layer: Any = context.view_layer
         column, links = column_of(self), passes.linked(scene, view_layer.name)
         for heading, names in _GROUPS.items():
-            group = column.column(heading=heading)
+            group = column.column(heading="" if heading == "Data" else heading)
             if heading == "Data":
-                group.label(text="Combined, always")
+                _draw_combined(group, heading)
             for name in names:
                 switch = passes.switch_of(name, view_layer)
                 if switch is None:
@@ -35,6 +35,15 @@ class SLUICE_PT_passes(Panel, bpy.types.Panel):
             column.separator()
         if links & {item.name for item in passes.fixed_passes()}:
             column.label(text="The compositor asks for it too", icon='LINKED')
+
+
+def _draw_combined(layout: bpy.types.UILayout, heading: str) -> None:
+    """Draws what has no switch, in line with the switches."""
+    row = layout.split(factor=0.4)
+    left = row.row()
+    left.alignment = 'RIGHT'
+    left.label(text=heading)
+    row.label(text="Combined", icon='CHECKMARK')
 
 
 _classes = (SLUICE_PT_passes,)

@@ -25,9 +25,11 @@ def effects(scene: Any) -> list[Told]:
         if name in _SWITCHES and not getattr(settings, _SWITCHES[name]):
             told.append((f"{label}: off: switched off above", _OFF))
         elif not why or why == _SWITCHED_OFF:
-            told.append((f"{label}: switched on; whether the scene calls for it is found when it is compiled", _UNKNOWN))
+            told.append((f"{label}: switched on", _UNKNOWN))
         else:
             told.append((f"{label}: runs: {why}" if runs else f"{label}: off: {why}", _RUNS if runs else _OFF))
+    if any(icon == _UNKNOWN for _sentence, icon in told):
+        told.append(("Whether the scene calls for it is found when it is compiled", 'BLANK1'))
     return told
 
 

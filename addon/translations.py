@@ -33,7 +33,7 @@ FRENCH = {
     "Remove Light Layer": "Retirer le calque de lumière", "Move Light Layer": "Déplacer le calque de lumière",
     # render passes
     "Albedo": "Albédo", "Edited": "Éditée", "Emission": "Émission", "Noise": "Bruit", "Bias": "Biais", "Data": "Données", "Quality": "Qualité",
-    "Depth": "Profondeur", "Normal": "Normale", "Combined, always": "Combinée, toujours",
+    "Depth": "Profondeur", "Normal": "Normale", "Combined": "Combinée",
     "The compositor asks for it too": "Le compositeur la demande aussi",
     # what runs, and how accurate it is
     "What Will Be Simulated": "Ce qui sera simulé", "Effects": "Effets", "Effect": "Effet", "Accuracy": "Précision", "Share": "Part de l'erreur",
