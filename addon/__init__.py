@@ -44,7 +44,7 @@ from . import (  # noqa: E402
 
 _registered = (  # They are registered in this order and taken away in the opposite one.
     translations, properties, edit_operators, exit_operators, menus, presets, panels, accuracy_panels, edit_panels, edit_list,
-    pass_panels, layers, native_panels, engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics, render_statistics,
+    layers, pass_panels, native_panels, engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics, render_statistics,
 )
 
 

@@ -34,7 +34,7 @@ def remember_effects(session: core.Session) -> None:
     global _found
     told = session.statistics()
     layers = {row["name"]: row["share"] for row in told.get("layers", ())}
-    _found = replace(_found, effects=tuple(told["effects"]), layers={**_found.layers, **layers})
+    _found = replace(_found, effects=tuple(told.get("effects", ())), layers={**_found.layers, **layers})
 
 
 def remember(session: core.Session) -> None:
