@@ -16,7 +16,7 @@ Accuracy measure_accuracy(const Film& film, const Probes& probes) {
   Accuracy now{.pass = film.finished_passes()};
   now.noise = film.relative_error();
   if (!now.is_known()) return now;
-  now.shares = probes.shares(film.mean_luminance("Combined"));
+  now.shares = probes.shares(film);
   now.bias = std::sqrt(now.shares.picture.bias);
   const double scale = now.shares.picture.noise > 0 ? square(now.noise) / now.shares.picture.noise : 0;
   now.shares.picture.noise *= scale;

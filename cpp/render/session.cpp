@@ -300,10 +300,10 @@ double Session::elapsed() const { return seconds_since(begin_); }
 Progress Session::progress() const {
   const std::lock_guard lock(lock_);
   Progress now = progress_;
+  now.passes_to_target = passes_to(settings_.error_target, now.accuracy);
   if (now.state != State::Rendering) return now;
   now.seconds = elapsed();
   now.seconds_left = seconds_left(now, settings_);
-  now.passes_to_target = passes_to(settings_.error_target, now.accuracy);
   return now;
 }
 

@@ -130,15 +130,11 @@ int Film::channels(const std::string& name) const noexcept {
 }
 
 Film::Estimate Film::estimate(std::size_t pixel, const std::array<int, stream_count>& passes) const noexcept {
-  V3d mean(0), means[stream_count];
+  Streams<V3d> means = stream_means(pixel, passes);
+  V3d mean(0);
   int streams = 0;
-  for (int s = 0; s < stream_count; ++s) {
-    if (passes[s] == 0) continue;
-    const int at = 3 * s;
-    means[streams] =
-        V3d(stream_sum(pixel, at), stream_sum(pixel, at + 1), stream_sum(pixel, at + 2)) / passes[s];
-    mean += means[streams++];
-  }
+  for (int s = 0; s < stream_count; ++s)
+    if (passes[s] > 0) mean += means[streams++] = means[s];
   if (streams == 0) return {V3d(0), V3d(0)};
   mean /= streams;
   V3d variance(0);
@@ -207,20 +203,41 @@ double Film::mean_luminance(const std::string& name) const {
 double Film::relative_error() const {
   if (finished_passes() < stream_count) return -1;
   const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  const auto at = [this](std::size_t p) {
-    return estimate(p, tile_passes_[tile_of(static_cast<int>(p % width_), static_cast<int>(p / width_))]);
-  };
-  double image_mean = 0;
-  for (std::size_t p = 0; p < pixels; ++p) image_mean += luminance(at(p).mean) / static_cast<double>(pixels);
+  const double image_mean = mean_luminance("Combined");
   if (!(square(image_mean / 10) > 0)) return -1;  // a black picture says nothing about what it has not found
   std::vector<double> errors(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
-    const Estimate e = at(p);
-    errors[p] = relative_variance(e.variance, e.mean, image_mean);
+    const int x = static_cast<int>(p % width_), y = static_cast<int>(p / width_);
+    const Streams<V3d> means = stream_means(p, tile_passes_[tile_of(x, y)]);
+    errors[p] = relative_noise(means, means, surroundings(x, y, image_mean));
   }
   const auto kept = errors.begin() + static_cast<std::ptrdiff_t>(kept_by_trim(pixels));
   std::ranges::nth_element(errors, kept == errors.end() ? kept - 1 : kept);
   return std::sqrt(std::reduce(errors.begin(), kept) / static_cast<double>(kept - errors.begin()));
+}
+
+// Eight neighbours, fewer at the border.
+Surroundings Film::surroundings(int x, int y, double image_mean) const noexcept {
+  V3d around(0);
+  int pixels = 0;
+  for (int j = std::max(y - 1, 0); j <= std::min(y + 1, height_ - 1); ++j)
+    for (int i = std::max(x - 1, 0); i <= std::min(x + 1, width_ - 1); ++i) {
+      if (i == x && j == y) continue;
+      const std::size_t p = static_cast<std::size_t>(j) * width_ + i;
+      const int passes = std::max(1, total(tile_passes_[tile_of(i, j)]));
+      for (int c = 0; c < 3; ++c) around[c] += sum(p, combined_at + c) / passes;
+      ++pixels;
+    }
+  return {around / std::max(1, pixels), image_mean};
+}
+
+Streams<V3d> Film::stream_means(std::size_t pixel,
+                                const std::array<int, stream_count>& passes) const noexcept {
+  Streams<V3d> means;
+  for (int s = 0; s < stream_count; ++s)
+    means[s] = V3d(stream_sum(pixel, 3 * s), stream_sum(pixel, 3 * s + 1), stream_sum(pixel, 3 * s + 2)) /
+               std::max(1, passes[s]);
+  return means;
 }
 
 int Film::finished_passes() const noexcept {

@@ -5,6 +5,7 @@
 // into processes gives the same bits (design §5). Knows nothing of radii, photons or files. Not locked: the
 // session does that.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -28,6 +29,54 @@ inline constexpr int passes_per_block = 8;
   double sum = 0;
   for (int c = 0; c < 3; ++c) sum += variance[c] / (square(mean[c]) + square(image_mean / 10)) / 3;
   return sum;
+}
+
+// Means of something by stream: estimates of it that are independent of each other.
+template <class T>
+using Streams = std::array<T, stream_count>;
+
+// What a pixel's errors are relative to, beside itself: the mean of its neighbours and that of the picture
+// (luminance), of which a tenth counts at least.
+struct Surroundings {
+  V3d neighbours;
+  double image_mean;
+};
+
+// What estimate(a, b) makes of two streams, relative to the square of what the pixel is, mean over all pairs.
+// What it is the other streams say, never those two: where one path in many brings a thousand times the rest,
+// the pixel that found it would have an error of 100 % and no more. As far as the two differ, the others know
+// too little as well, and the neighbours are asked.
+template <class Estimate>
+[[nodiscard]] inline double relative_mean(const Streams<V3d>& pixel, const Surroundings& place,
+                                          const Estimate& estimate) noexcept {
+  double sum = 0;
+  for (std::size_t a = 0; a < stream_count; ++a)
+    for (std::size_t b = a + 1; b < stream_count; ++b) {
+      V3d value;
+      for (int c = 0; c < 3; ++c) {
+        double others = 0;
+        for (std::size_t s = 0; s < stream_count; ++s)
+          if (s != a && s != b) others += pixel[s][c] / (stream_count - 2);
+        // their mean's variance is half a stream's, as far as a and b tell
+        const double trust = square(others), noise = square(pixel[a][c] - pixel[b][c]) / 4;
+        value[c] = trust + noise > 0 ? (trust * others + noise * place.neighbours[c]) / (trust + noise) : 0;
+      }
+      sum += relative_variance(estimate(a, b), value, place.image_mean);
+    }
+  return sum / (stream_count * (stream_count - 1) / 2);
+}
+// Relative variance of the mean of all streams of one part of the pixel's light: a pair's half squared
+// difference is that of one stream.
+[[nodiscard]] inline double relative_noise(const Streams<V3d>& part, const Streams<V3d>& pixel,
+                                           const Surroundings& place) noexcept {
+  return relative_mean(pixel, place, [&](std::size_t a, std::size_t b) {
+    return (part[a] - part[b]) * (part[a] - part[b]) / (2 * stream_count);
+  });
+}
+// The same of the square of a part's bias, without the noise of its estimates: their products.
+[[nodiscard]] inline double relative_bias(const Streams<double>& bias, const Streams<V3d>& pixel,
+                                          const Surroundings& place) noexcept {
+  return relative_mean(pixel, place, [&](std::size_t a, std::size_t b) { return V3d(bias[a] * bias[b]); });
 }
 
 // Errors of pictures are told without the worst 0.1 % of their pixels: there one path in many brings so much
@@ -82,8 +131,9 @@ class Film {
 
   [[nodiscard]] double mean_luminance(const std::string& name) const;  // of a pass in colour
   // Relative standard error of the whole picture, 0.01 = 1 %: the square root of the mean over pixels, but
-  // for the worst (kept_by_trim), of var / (mean² + (image mean / 10)²); < 0: fewer than 4 passes, or black.
+  // for the worst (kept_by_trim), of relative_noise; < 0: fewer than 4 passes, or black.
   [[nodiscard]] double relative_error() const;
+  [[nodiscard]] Surroundings surroundings(int x, int y, double image_mean) const noexcept;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
   [[nodiscard]] std::uint64_t hash() const noexcept;   // of all sums, bit for bit
@@ -116,6 +166,8 @@ class Film {
   [[nodiscard]] double sum(std::size_t pixel, int at) const noexcept {
     return sums_[pixel * stride_ + at] + block_[pixel * stride_ + at];
   }
+  [[nodiscard]] Streams<V3d> stream_means(std::size_t pixel,
+                                          const std::array<int, stream_count>& passes) const noexcept;
   [[nodiscard]] Estimate estimate(std::size_t pixel,
                                   const std::array<int, stream_count>& passes) const noexcept;
 

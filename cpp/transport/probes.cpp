@@ -17,16 +17,18 @@ ProbeGrid::ProbeGrid(const FrameDescription& frame) noexcept
 
 int ProbeGrid::index_of(int x, int y) const noexcept {
   if (x < x0_ || y < y0_ || x >= x1_ || y >= y1_) return -1;
-  const int bx = (x - x0_) / side_, by = (y - y0_) / side_;
-  const std::uint64_t chance = mix(static_cast<std::uint64_t>(bx), static_cast<std::uint64_t>(by));
+  const int probe = (y - y0_) / side_ * blocks_x_ + (x - x0_) / side_;
+  return pixel_of(probe) == std::pair(x - x0_, y - y0_) ? probe : -1;
+}
+
+std::pair<int, int> ProbeGrid::pixel_of(int probe) const noexcept {
+  const int x = probe % blocks_x_ * side_, y = probe / blocks_x_ * side_;
+  const std::uint64_t chance = mix(static_cast<std::uint64_t>(x), static_cast<std::uint64_t>(y));
   // The last blocks may hang over the border's edge.
-  const int width = std::min(side_, x1_ - x0_ - bx * side_), height = std::min(side_, y1_ - y0_ - by * side_);
-  const auto place = [](std::uint64_t bits, int size) {
-    return static_cast<int>(bits % static_cast<std::uint64_t>(size));
+  const auto place = [this](std::uint64_t bits, int from, int end) {
+    return from + static_cast<int>(bits % static_cast<std::uint64_t>(std::min(side_, end - from)));
   };
-  const bool is_probe = (x - x0_) % side_ == place(chance & 0xffffffffu, width) &&
-                        (y - y0_) % side_ == place(chance >> 32, height);
-  return is_probe ? by * blocks_x_ + bx : -1;
+  return {place(chance & 0xffffffffu, x, x1_ - x0_), place(chance >> 32, y, y1_ - y0_)};
 }
 
 Probes::Probes(const FrameDescription& frame, int edits)
@@ -53,74 +55,53 @@ struct Probes::Measured {
   std::array<ErrorSquares, part_count> parts;
 };
 
-namespace {
-
-// The square of an expectation, without the noise of its estimates: the mean of their products in pairs.
-double squared_mean(const std::array<double, stream_count>& estimates) noexcept {
-  double sum = 0, squares = 0;
-  for (const double x : estimates) sum += x, squares += x * x;
-  return (sum * sum - squares) / (stream_count * (stream_count - 1));
-}
-
-// Variance of the mean of the streams, channel by channel.
-V3d variance_of(const std::array<V3d, stream_count>& means) noexcept {
-  V3d mean(0), variance(0);
-  for (const V3d& m : means) mean += m / stream_count;
-  for (const V3d& m : means) variance += (m - mean) * (m - mean);
-  return variance / (stream_count * (stream_count - 1.0));
-}
-
-}  // namespace
-
-Probes::Measured Probes::measure(const Probe& probe, double image_mean) const noexcept {
+Probes::Measured Probes::measure(const Probe& probe, const Surroundings& place) const noexcept {
   Measured measured;
-  std::array<V3d, stream_count> whole;
-  std::array<double, stream_count> whole_bias{};
-  V3d mean(0);
-  for (std::size_t s = 0; s < stream_count; ++s) {
-    whole[s] = V3d(0);
-    for (std::size_t part = 0; part < part_count; ++part) {
-      whole[s] += probe[s].parts[part] / probe[s].passes;
-      whole_bias[s] += probe[s].bias[part] / probe[s].passes;
-    }
-    mean += whole[s] / stream_count;
-  }
-  const double dark = square(luminance(mean)) + square(image_mean / 10);
-  measured.picture = {relative_variance(variance_of(whole), mean, image_mean),
-                      squared_mean(whole_bias) / dark};
+  const Streams<V3d> pixel = pixel_of(probe);
+  Streams<double> bias_of_all{};
   for (std::size_t part = 0; part < part_count; ++part) {
-    std::array<V3d, stream_count> means;
-    std::array<double, stream_count> bias;
+    Streams<V3d> light;
+    Streams<double> bias;
     for (std::size_t s = 0; s < stream_count; ++s) {
-      means[s] = probe[s].parts[part] / probe[s].passes;
+      light[s] = probe[s].parts[part] / probe[s].passes;
       bias[s] = probe[s].bias[part] / probe[s].passes;
+      bias_of_all[s] += bias[s];
     }
-    measured.parts[part] = {relative_variance(variance_of(means), mean, image_mean),
-                            squared_mean(bias) / dark};
+    measured.parts[part] = {relative_noise(light, pixel, place), relative_bias(bias, pixel, place)};
   }
+  measured.picture = {relative_noise(pixel, pixel, place), relative_bias(bias_of_all, pixel, place)};
   return measured;
 }
 
-double Probes::edit_noise(std::size_t probe, std::size_t edit, double image_mean) const noexcept {
-  std::array<V3d, stream_count> means;
-  V3d mean(0);
+Streams<V3d> Probes::pixel_of(const Probe& probe) noexcept {
+  Streams<V3d> pixel;
   for (std::size_t s = 0; s < stream_count; ++s) {
-    const Stream& stream = probes_[probe][s];
-    means[s] = V3d(edits_[(probe * stream_count + s) * edit_count_ + edit] / stream.passes);
-    for (const V3d& part : stream.parts) mean += part / stream.passes / stream_count;
+    pixel[s] = V3d(0);
+    for (const V3d& part : probe[s].parts) pixel[s] += part / probe[s].passes;
   }
-  return relative_variance(variance_of(means), mean, image_mean);
+  return pixel;
 }
 
-ErrorShares Probes::shares(double image_mean) const {
+double Probes::edit_noise(std::size_t probe, std::size_t edit, const Surroundings& place) const noexcept {
+  Streams<V3d> light;
+  for (std::size_t s = 0; s < stream_count; ++s)
+    light[s] = V3d(edits_[(probe * stream_count + s) * edit_count_ + edit] / probes_[probe][s].passes);
+  return relative_noise(light, pixel_of(probes_[probe]), place);
+}
+
+ErrorShares Probes::shares(const Film& film) const {
   ErrorShares shares;
   shares.edits.resize(edit_count_);
+  const double image_mean = film.mean_luminance("Combined");
   if (!(square(image_mean / 10) > 0)) return shares;
   std::vector<std::pair<double, std::size_t>> order;  // by error, the probes that every stream has met
   std::vector<Measured> all(probes_.size());
+  std::vector<Surroundings> places(probes_.size());
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     if (std::ranges::any_of(probes_[i], [](const Stream& s) { return s.passes == 0; })) continue;
-    all[i] = measure(probes_[i], image_mean);
+    const auto [x, y] = grid_.pixel_of(static_cast<int>(i));
+    places[i] = film.surroundings(x, y, image_mean);
+    all[i] = measure(probes_[i], places[i]);
     order.emplace_back(all[i].picture.noise + std::max(0.0, all[i].picture.bias), i);
   }
   std::ranges::sort(order);
@@ -132,7 +113,7 @@ ErrorShares Probes::shares(double image_mean) const {
   for (const auto& [error, i] : order) {
     add(shares.picture, all[i].picture);
     for (std::size_t part = 0; part < part_count; ++part) add(shares.parts[part], all[i].parts[part]);
-    for (std::size_t e = 0; e < edit_count_; ++e) shares.edits[e] += edit_noise(i, e, image_mean) / count;
+    for (std::size_t e = 0; e < edit_count_; ++e) shares.edits[e] += edit_noise(i, e, places[i]) / count;
   }
   // A square whose estimate came out below 0 is too small to be told from it.
   shares.picture.bias = std::max(0.0, shares.picture.bias);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "scene/description.h"
@@ -22,6 +23,8 @@ class ProbeGrid {
   explicit ProbeGrid(const FrameDescription& frame) noexcept;
   // Of the full frame's pixel; < 0: it is none.
   [[nodiscard]] int index_of(int x, int y) const noexcept;
+  // A probe's pixel, from the corner of the border.
+  [[nodiscard]] std::pair<int, int> pixel_of(int probe) const noexcept;
   [[nodiscard]] int size() const noexcept { return blocks_x_ * blocks_y_; }
 
  private:
@@ -47,8 +50,9 @@ class Probes {
   [[nodiscard]] const ProbeGrid& grid() const noexcept { return grid_; }
   // Adds one pass's mean of a probe's pixel; `of_edits`: luminance that each edit took.
   void add(int probe, int pass, const PixelSample& sample, std::span<const float> of_edits) noexcept;
-  // Empty pictures and fewer passes than streams tell nothing: all is 0. `image_mean`: luminance.
-  [[nodiscard]] ErrorShares shares(double image_mean) const;
+  // Of the picture in the film, which has had the same passes. Black pictures and fewer passes than streams
+  // tell nothing: all is 0.
+  [[nodiscard]] ErrorShares shares(const Film& film) const;
   [[nodiscard]] std::size_t bytes() const noexcept {
     return probes_.size() * sizeof(Probe) + edits_.size() * sizeof(float);
   }
@@ -60,10 +64,12 @@ class Probes {
     std::array<double, part_count> bias{};
     int passes = 0;
   };
-  using Probe = std::array<Stream, stream_count>;
+  using Probe = Streams<Stream>;
   struct Measured;
-  [[nodiscard]] Measured measure(const Probe& probe, double image_mean) const noexcept;
-  [[nodiscard]] double edit_noise(std::size_t probe, std::size_t edit, double image_mean) const noexcept;
+  [[nodiscard]] Measured measure(const Probe& probe, const Surroundings& place) const noexcept;
+  [[nodiscard]] static Streams<V3d> pixel_of(const Probe& probe) noexcept;
+  [[nodiscard]] double edit_noise(std::size_t probe, std::size_t edit,
+                                  const Surroundings& place) const noexcept;
 
   ProbeGrid grid_;
   std::vector<Probe> probes_;

@@ -9,6 +9,7 @@
 #include "transport/photons/density.h"
 #include "scene/camera.h"
 #include "transport/guide.h"
+#include "transport_fixtures.h"
 
 namespace sluice {
 namespace {
@@ -178,19 +179,6 @@ TEST(PhotonMap, ACancelledBuildLeavesItEmpty) {
   }
 }
 
-const Vertex& white_floor() {
-  static const Vertex floor = [] {
-    const V3f up(0, 0, 1);
-    Vertex v;
-    v.hit.position = V3d(0);
-    v.point.ns = v.point.wo = v.bsdf.ng = up;
-    v.bsdf.count = 1;
-    v.bsdf.lobes[0] = {Event::D, false, false, 0, 1, Color(1), Color(1), up, Lambert{}};
-    return v;
-  }();
-  return floor;
-}
-
 // One radius for all photons, or kernels that are their own, by their states: as far as blurs as much, or a
 // little further or less far.
 enum class Kernel { Even, Round };
@@ -209,7 +197,8 @@ void build(PhotonMap& map, Kernel kernel, PhotonMap::Chunks chunks, float radius
 template <class Ask, class Found>
 Sum density(const PhotonMap& map, Kernel kernel, float radius, const SumRule& rule, Ask&& ask,
             Found&& found) {
-  const Receiver receiver(white_floor(), gathering);
+  const Vertex floor = test::white_floor();
+  const Receiver receiver(floor, gathering);
   if (kernel == Kernel::Even) return estimate_density(map, receiver, radius, rule, ask, found);
   return estimate_density(map, receiver, Reaches{0.9f * radius, 1.5f * radius}, rule, ask, found);
 }
@@ -280,8 +269,7 @@ TEST(Density, WidthsOfAllKindsKeepLight) {
     map.build_by_reach(chunks, ~0u, reach, pool, never);
     for (int x = -150; x <= 150; ++x)
       for (int y = -150; y <= 150; ++y) {
-        Vertex v = white_floor();
-        v.hit.position = V3d(x, y, 0) * step;
+        const Vertex v = test::white_floor(V3d(x, y, 0) * step);
         const auto found = [&](const Photon&, const Color& radiance, float, bool) { received += radiance.x; };
         received += estimate_density(
                         map, Receiver(v, gathering), Reaches{0.09f, 0.8f}, {sums, 10, false},
@@ -315,10 +303,11 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   const auto ask = [](std::uint32_t q) { return SumAnswer{q % 4 != 1, q % 4 == 1 || q % 4 == 2}; };
   std::set<std::uint32_t> summed, handed_over;
   V3d expected(0);
-  density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, float, bool) {
+  double bias = 0;
+  density(map, kernel, radius, {}, ask, [&](const Photon& photon, const Color& radiance, float share, bool) {
     const bool may_be = !photon.met_gate && photon.depth <= depth,
                is_summed = may_be && (!asks || ask(photon.q).is_summed);
-    if (is_summed) expected += V3d(radiance), summed.insert(photon.q);
+    if (is_summed) expected += V3d(radiance), summed.insert(photon.q), bias += share * luminance(radiance);
     if (!may_be || (asks && ask(photon.q).is_handed_over)) handed_over.insert(photon.q);
   });
 #if defined(__AVX2__)
@@ -341,6 +330,7 @@ void expect_the_same_sum(Kernel kernel, float radius, int depth, bool asks) {
   EXPECT_EQ(sum.photons, summed.size());
   EXPECT_EQ(found, handed_over);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum.radiance[c] / expected[c], 1, 1e-5);
+  EXPECT_NEAR(sum.bias, bias, 1e-4 * luminance(expected));
 }
 TEST(Density, SumsAreThoseOfTheirPhotons) {
   for (const float radius : {0.1f, 0.3f})
