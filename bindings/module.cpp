@@ -46,7 +46,7 @@ void raise(const py::object& type, const char* message, const std::string& item,
   PyErr_SetObject(type.ptr(), error.ptr());
 }
 
-void translate(std::exception_ptr pointer) {
+void translate(std::exception_ptr pointer) {  // NOLINT(performance-unnecessary-value-param): as pybind11 asks
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const ExpressionError& error) {

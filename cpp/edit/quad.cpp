@@ -61,8 +61,8 @@ std::vector<std::size_t> find_groups(std::span<Quad* const> quads, double distan
   const double window = 1.001 * (distance + like_normal * reach);
   for (std::size_t a = 0; a < order.size(); ++a) {
     cancel();
-    for (std::size_t b = a; b-- > 0 && order[a].first - order[b].first <= window;) {
-      const std::size_t i = order[a].second, j = order[b].second;
+    for (std::size_t b = a; b > 0 && order[a].first - order[b - 1].first <= window; --b) {
+      const std::size_t i = order[a].second, j = order[b - 1].second;
       if (root(i) != root(j) && share_plane(*quads[i], *quads[j], distance))
         parent[std::max(root(i), root(j))] = std::min(root(i), root(j));
     }

@@ -65,7 +65,7 @@ float signed_perlin(const V3f& p) noexcept {
   return 0.9820f * mix(low, high, w);
 }
 
-float fractal(V3f p, float detail, float roughness, float lacunarity) noexcept {
+float fractal(const V3f& p, float detail, float roughness, float lacunarity) noexcept {
   detail = std::clamp(detail, 0.0f, 15.0f);
   roughness = std::clamp(roughness, 0.0f, 1.0f);
   float scale = 1, amplitude = 1, most = 0, sum = 0;

@@ -12,7 +12,7 @@ namespace sluice::noise {
 [[nodiscard]] inline float perlin(const V3f& p) noexcept { return 0.5f * signed_perlin(p) + 0.5f; }
 
 // The Noise texture's sum of octaves; `detail` may be fractional. Normalised to 0..1.
-[[nodiscard]] float fractal(V3f p, float detail, float roughness, float lacunarity) noexcept;
+[[nodiscard]] float fractal(const V3f& p, float detail, float roughness, float lacunarity) noexcept;
 
 // The far offsets by which Blender takes several independent values at one point.
 [[nodiscard]] V3f offset(float seed) noexcept;

@@ -33,7 +33,8 @@ class EmissionHistogram {
   }
   [[nodiscard]] V2f sample(float u_cell, const V2f& u) const noexcept {
     const auto index = static_cast<int>(cells_.sample(u_cell).index);
-    return {(static_cast<float>(index % side) + u.x) / side, (static_cast<float>(index / side) + u.y) / side};
+    const int row = index / side, column = index % side;
+    return {(static_cast<float>(column) + u.x) / side, (static_cast<float>(row) + u.y) / side};
   }
 
  private:

@@ -63,7 +63,8 @@ template <class Estimate>
       }
       sum += relative_variance(estimate(a, b), value, place.image_mean);
     }
-  return sum / (stream_count * (stream_count - 1) / 2);
+  constexpr int pairs = stream_count * (stream_count - 1) / 2;
+  return sum / pairs;
 }
 // Relative variance of the mean of all streams of one part of the pixel's light: a pair's half squared
 // difference is that of one stream.

@@ -152,8 +152,8 @@ TEST(Probes, TellNoiseFromBiasAndPartsFromEachOther) {
     });
   const ErrorShares shares = picture.probes.shares(picture.film);
   const double dark = 1.01, expected = square(deviation) / passes / dark;
-  // Four standard errors: of a variance from four streams, of a product of estimates whose noise is known. And
-  // what a pixel is relative to is known from two streams and its surroundings, the larger of both.
+  // Four standard errors: of a variance from four streams, of a product of estimates whose noise is known.
+  // And what a pixel is relative to is known from two streams, and is noisy itself.
   const double slack = 4 * std::sqrt(2.0 / 3) / side, relative = 2 * deviation / std::sqrt(passes / 2.0);
   EXPECT_NEAR(shares.picture.noise / expected, 1, slack + relative);
   EXPECT_NEAR(shares.parts[static_cast<std::size_t>(Part::Direct)].noise / shares.picture.noise, 1, 1e-6);

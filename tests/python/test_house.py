@@ -5,9 +5,11 @@ Every rule is a function from a source tree to a list of complaints. It runs on 
 small bad example, where there must be one: a rule that cannot fail is no rule."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -336,6 +338,18 @@ def test_types():
         pytest.skip("no mypy in .venv")
     result = subprocess.run([mypy], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
+
+
+@pytest.mark.skipif(not os.environ.get("SLUICE_FULL"), reason="in the full form alone: it takes minutes")
+def test_tidy():
+    """clang-tidy, with the settings of .clang-tidy, on every source file of the core and the bindings."""
+    program, build = ROOT / ".venv/bin/clang-tidy", Path(os.environ.get("SLUICE_CORE", ROOT / "build"))
+    if not program.exists():
+        pytest.skip("no clang-tidy in .venv")
+    sources = sorted([*(ROOT / "cpp").rglob("*.cpp"), *(ROOT / "bindings").glob("*.cpp")])
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = pool.map(lambda source: subprocess.run([program, "-p", build, "--quiet", source], capture_output=True, text=True), sources)
+    assert not (found := "".join(result.stdout for result in results if result.returncode)), found
 
 
 def test_format():

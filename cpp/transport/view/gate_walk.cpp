@@ -77,9 +77,12 @@ SegmentEnd GateWalk::cross_plane(Sample& sample, ViewPath& path, std::span<const
   if (!branches_.budget.spend(ways)) {
     ++sums_.counts.split_capped;
     float at = sample.random() * all - 1;
-    for (auto c = plane.begin(); at >= 0 && c != plane.end(); ++c)
-      if (const float weight = way(*c); weight > 0 && (at -= weight) < 0)
+    for (auto c = plane.begin(); at >= 0 && c != plane.end(); ++c) {
+      const float weight = way(*c);
+      at -= weight;
+      if (weight > 0 && at < 0)
         return go_backward(path, plane, *c, all) ? SegmentEnd::Redirected : SegmentEnd::Over;
+    }
     path.weight *= all;
   } else if (ways > 0) {
     for (const Crossing& c : plane) {
