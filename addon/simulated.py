@@ -15,9 +15,15 @@ _SWITCHED_OFF = "switched off"  # the core's own reason
 _RUNS, _OFF, _UNKNOWN = 'CHECKMARK', 'X', 'QUESTION'
 
 
+def _reasons() -> dict[str, tuple[bool, str]]:
+    """By the name that the core tells: did it run, and why. Edits and layers are called 'edit …' and 'layer …' there."""
+    return {name: (runs, why) for name, runs, why in render_statistics.last().effects}
+
+
 def effects(scene: Any) -> list[Told]:
     """Of each effect: does it run?"""
-    settings, known = scene.sluice, {name: (runs, why) for name, runs, why in render_statistics.last().effects}
+    settings = scene.sluice
+    known = {name: reason for name, reason in _reasons().items() if not name.startswith(("edit ", "layer "))}
     told = []
     for name in dict.fromkeys((*_SWITCHES, *known)):
         runs, why = known.get(name, (False, ""))
@@ -49,6 +55,9 @@ def _edit(scene: Any, entry: Any) -> Told:
         return f"off: {alone.name} acts alone (Solo)", _OFF
     if checking.check(entry.sluice.expression, (), "en").error is not None:
         return "its expression is not understood: nothing is rendered", 'ERROR'
+    runs, why = _reasons().get(f"edit {entry.name_full}", (True, ""))
+    if not runs and why != _SWITCHED_OFF:
+        return f"off in the last render: {why}", _OFF
     found = edit_statistics.of(entry.name_full)
     if found is None:
         return "whether light that matches comes here is found by a render", _UNKNOWN
@@ -58,11 +67,14 @@ def _edit(scene: Any, entry: Any) -> Told:
 
 def layers(view_layer: Any) -> list[Told]:
     """Of each light layer: does it show anything?"""
-    shares = render_statistics.last().layers
+    shares, reasons = render_statistics.last().layers, _reasons()
     told = []
     for layer in passes.export_layers(view_layer):
         share = shares.get(layer["name"])
-        if share is None:
+        runs, why = reasons.get(f"layer {layer['name']}", (True, ""))
+        if not runs:
+            told.append((f"{layer['name']}: off: {why}", _OFF))
+        elif share is None:
             told.append((f"{layer['name']}: how much it shows is found by a render", _UNKNOWN))
         elif share > 0:
             told.append((f"{layer['name']}: {edit_statistics.percent(share)} of the picture's light", _RUNS))

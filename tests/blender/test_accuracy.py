@@ -44,6 +44,10 @@ def test_after_a_render_the_scene_tells(room, core):
     room.sluice.use_direct = False
     assert sentences(simulated.effects(room))[0] == "Direct: off: switched off above"
     bpy.ops.render.render()
+    assert sentences(simulated.edits(room))[0].startswith("Entry: took ")
+    bpy.data.objects["Entry"].sluice.expression = "LS+"  # nothing is specular
+    bpy.ops.render.render()
+    assert sentences(simulated.edits(room)) == ["Entry: off in the last render: no path of this scene can match its expression"]
     room.sluice.use_direct = True  # what the last render says of it was the switch
     assert sentences(simulated.effects(room))[0] == "Direct: switched on"
 
