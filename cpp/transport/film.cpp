@@ -250,8 +250,8 @@ bool Film::has_samples() const noexcept {
   return std::ranges::any_of(tile_passes_, [](const auto& passes) { return total(passes) > 0; });
 }
 
-// Pixel by pixel: Combined of each stream, parts, alpha, features, layers, as far as they are held. What is told
-// of errors is no part of it.
+// Pixel by pixel: Combined of each stream, parts, alpha, features, layers, as far as they are held. What is
+// told of errors is no part of it.
 std::uint64_t Film::hash() const noexcept {
   std::uint64_t h = mix(static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
   const auto add = [&h](double total_sum) {
