@@ -17,6 +17,7 @@ import atexit  # noqa: E402  (Blender reads bl_info from the top of the file)
 import bpy  # noqa: E402
 
 from . import (  # noqa: E402
+    accuracy_panels,
     arrivals,
     compat,
     core,
@@ -33,15 +34,17 @@ from . import (  # noqa: E402
     native_panels,
     overlay,
     panels,
+    pass_panels,
     presets,
     properties,
+    render_statistics,
     renaming,
     translations,
 )
 
 _registered = (  # They are registered in this order and taken away in the opposite one.
-    translations, properties, edit_operators, exit_operators, menus, presets, panels, edit_panels, edit_list, layers, native_panels, engine,
-    arrivals, overlay, gizmos, renaming, known_names, edit_statistics,
+    translations, properties, edit_operators, exit_operators, menus, presets, panels, accuracy_panels, edit_panels, edit_list,
+    layers, pass_panels, native_panels, engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics, render_statistics,
 )
 
 

@@ -119,6 +119,11 @@ def text_size(blf: ModuleType, size: float) -> None:
         blf.size(0, round(size), 72)
 
 
+def compositor(scene: bpy.types.Scene) -> Any:
+    """The node tree of a scene's compositor, if it has one; from 5.0 it is a node group of the file."""
+    return scene.compositing_node_group if hasattr(scene, "compositing_node_group") else scene.node_tree
+
+
 def icon(name: str, instead: str) -> str:
     """An icon's name, or another one where this Blender lacks it (LIGHTPROBE_* changed in 4.1)."""
     import bpy

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from . import core, edit_statistics, export, passes, render_progress
+from . import core, edit_statistics, export, passes, render_progress, render_statistics
 from .export.camera import export_camera, export_frame
 from .export.description import Description
 from .export.scene_names import Names
@@ -48,6 +48,7 @@ class Job:
     settings: dict[str, Any] = field(default_factory=dict)
     warnings: list[tuple[str, str]] = field(default_factory=list)
     passes: tuple[passes.Pass, ...] = (passes.COMBINED,)
+    asked: dict[str, str] = field(default_factory=dict)  # by the name of a pass: who asks for it
     failure: Failure | None = None
     cancelled: bool = False
 
@@ -76,13 +77,17 @@ def _copy_scene(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph
     camera = export_camera(camera_object, camera_object.matrix_world, context.warn)
     frame = export_frame(engine.resolution_x, engine.resolution_y, scene.render)
     job.settings = {**export_settings(scene), "explain_edits": True}
+    job.description = export.export_scene(depsgraph, camera, frame, context)
     if engine.is_preview:
         job.settings = for_preview(job.settings)
-    job.description = export.export_scene(depsgraph, camera, frame, context)
+        return
     job.description["layers"] = passes.export_layers(depsgraph.view_layer_eval)
     for layer in job.description["layers"]:
         layer["expression"] = context.names.homes.read(layer["expression"], scene.original.library)
-    job.passes = passes.all_passes(job.description["layers"])
+    asked = passes.asked(depsgraph.scene, depsgraph.view_layer_eval, job.description["layers"])
+    job.passes, job.asked = tuple(asked), {item.name: who for item, who in asked.items()}
+    fixed = set(passes.fixed_passes())
+    job.settings["render_passes"] = [item.name for item in asked if item in fixed]
 
 
 def render(engine: SluiceRenderEngine) -> None:
@@ -110,7 +115,8 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     session.start(job.description, job.settings)
     job.description = {}  # The core has a copy of its own now.
     names = [item.name for item in job.passes]
-    stream = render_progress.Stream(engine, result, names, enabled=not render_progress.in_background())
+    target = job.settings["error_target"]
+    stream = render_progress.Stream(engine, result, names, not render_progress.in_background(), target)
     log = render_progress.ProgressLog(job.settings["frame"], job.layer)
     stopped = False
     while not session.wait(POLL):
@@ -122,6 +128,7 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
+    progress["passes_to_target"] = progress["passes_to_target"] or stream.passes_to_target
     # Each is told once, also when the render failed: it may say why.
     _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':
@@ -146,16 +153,19 @@ def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
 
 def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[str, Any], job: Job) -> None:
     """Says why the render stopped, and puts into the file's header what made it."""
+    told = render_progress.summary(progress, job.settings["error_target"])
     if not engine.is_preview:
-        print(f"sluice: {render_progress.summary(progress)}", flush=True)
-        print(session.statistics()["report"], flush=True)
+        print(f"sluice: {told}", flush=True)
+        print(session.statistics()["report"].rstrip("\n"), flush=True)
+        print("render passes: " + ", ".join(f"{name} ({who})" for name, who in job.asked.items()), flush=True)
         edit_statistics.remember(session)
+        render_statistics.remember(session)
         if progress["stop_reason"] in {'time', 'error'}:
-            engine.report({'INFO'}, f"Sluice: {render_progress.summary(progress)}")
+            engine.report({'INFO'}, f"Sluice: {told}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
-        "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()),
+        "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()), **render_progress.stamps(progress),
         **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
     result = engine.get_result()  # Blender loses the fields of a tile's result; the whole result keeps them.

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render passes, and how their pixels get into a render result."""
+"""The render passes: which there are, which of them somebody asks for, and how their pixels get into a render result."""
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import bpy
 
 from . import compat, core
 
 if TYPE_CHECKING:
-    import bpy
     import numpy as np
 
     from .export.description import Description
@@ -33,6 +34,19 @@ class Pass:
 
 
 COMBINED = Pass("Combined", "RGBA")
+# The passes that have a switch among view_layer.sluice, by name, and what they show. The switch of Albedo is use_pass_albedo.
+SHOWS = {
+    "Albedo": "The share of light that the surface sends back that is seen first, in each colour: its paint without any light",
+    "Direct": "Light that arrives straight from its source at what is seen",
+    "Caustics": "Light that arrives from a mirror or through glass at what is seen",
+    "Edited": "Light that arrives through the exit of an edit at what is seen",
+    "Indirect": "Light that arrives from another lit surface at what is seen",
+    "Emission": "Sources themselves, as they are seen straight, in mirrors and through exits",
+    "Noise": "Standard error of each pixel by chance, relative to it: 0.1 is 10 %. It takes no memory of its own",
+    "Bias": "By how much each pixel is expected to be off for the width of the kernels that blur photons, relative to it: above 0 too bright, "
+    "below 0 too dark",
+}
+_BLENDERS_SWITCHES = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}  # on the view layer itself
 _BLENDERS_OWN = {"Image", "Alpha"}  # Sockets that the compositor has beside those of passes.
 _LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a file has room for 64, with the view layer's name.
 
@@ -72,14 +86,47 @@ def export_layers(view_layer: bpy.types.ViewLayer) -> list[Description]:
     return found
 
 
-def all_passes(layers: Iterable[Description]) -> tuple[Pass, ...]:
-    """The core's render passes, and one for each of the LayerDescriptions."""
-    return fixed_passes() + tuple(Pass(layer["name"], "RGB") for layer in layers)
+def switch_of(name: str, view_layer: bpy.types.ViewLayer) -> tuple[bpy.types.bpy_struct, str] | None:
+    """What switches a fixed pass: the owner of the property, and the property's name. None: it has no switch."""
+    if name in _BLENDERS_SWITCHES:
+        return view_layer, _BLENDERS_SWITCHES[name]
+    return (view_layer.sluice, f"use_pass_{name.lower()}") if name in SHOWS else None
+
+
+def linked(scene: bpy.types.Scene, layer: str) -> set[str]:
+    """Names of the sockets that a compositor takes from Render Layers nodes of this scene and view layer. Any scene's may."""
+    trees = (compat.compositor(other) for other in bpy.data.scenes)
+    nodes = (node for tree in trees if tree is not None for node in _nodes_of(tree, 8))
+    return {socket.name for node in nodes if node.bl_idname == 'CompositorNodeRLayers' and node.scene == scene and node.layer == layer
+            for socket in node.outputs if socket.is_linked}
+
+
+def _nodes_of(tree: bpy.types.NodeTree, deepest: int) -> Iterator[Any]:
+    for node in tree.nodes:
+        yield node
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and deepest > 0:
+            yield from _nodes_of(inner, deepest - 1)
+
+
+def asked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, layers: Iterable[Description]) -> dict[Pass, str]:
+    """The passes that a picture of the view layer is to have, Combined first, and who asks for each: what nobody asks for takes memory
+    and time. A pass without a switch is always there."""
+    links, found = linked(scene, view_layer.name), {}
+    for item in fixed_passes():
+        switch = switch_of(item.name, view_layer)
+        if switch is None:
+            found[item] = "always there"
+        elif getattr(*switch):
+            found[item] = "switched on"
+        elif item.name in links:
+            found[item] = "linked in the compositor"
+    return {**found, **{Pass(layer["name"], "RGB"): "a light layer" for layer in layers}}
 
 
 def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
     """Gives the compositor its sockets."""
-    for item in all_passes(export_layers(view_layer)):
+    for item in asked(scene, view_layer, export_layers(view_layer)):
         engine.register_pass(scene, view_layer, item.name, len(item.channels), item.channels, item.kind)
 
 

@@ -17,7 +17,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import model, passes, renaming
+from . import model, passes, render_progress, renaming
 
 OVERRIDABLE: set[Literal['LIBRARY_OVERRIDABLE']] = {'LIBRARY_OVERRIDABLE'}
 
@@ -157,7 +157,7 @@ class SluiceScene(bpy.types.PropertyGroup):
         name="Time Limit", description="Stop after this time, 0 for none", unit='TIME_ABSOLUTE', default=0.0, min=0.0,
         soft_max=3600.0, step=100, precision=1, override=OVERRIDABLE, update=_tag_owner)
     error_target: FloatProperty(
-        name="Error Target", description="Stop when the estimated error of the image falls below this, 0 for none",
+        name="Error Target", description=f"Stop when the error falls below this, 0 for none. {render_progress.ERROR}",
         subtype='PERCENTAGE', default=0.0, min=0.0, max=100.0, precision=2, override=OVERRIDABLE, update=_tag_owner)
     use_direct: BoolProperty(
         name="Direct", description="Light that arrives straight from its source", default=True, override=OVERRIDABLE,
@@ -203,7 +203,24 @@ class SluiceLayer(bpy.types.PropertyGroup):
         override=OVERRIDABLE, update=_expression_changed)
 
 
-class SluiceViewLayer(bpy.types.PropertyGroup):
+def _pass_switched(self: Any, _context: bpy.types.Context) -> None:
+    """The compositor learns which passes there are now."""
+    for view_layer in self.id_data.view_layers:
+        if view_layer.sluice == self:
+            view_layer.update_render_passes()
+
+
+class _PassSwitches:
+    """Which render passes a picture has beside Combined. Blender registers these properties as SluiceViewLayer's own."""
+
+    __annotations__ = {
+        f"use_pass_{name.lower()}": BoolProperty(
+            name=name, description=shows, default=name == "Noise", override=OVERRIDABLE, update=_pass_switched)
+        for name, shows in passes.SHOWS.items()
+    }
+
+
+class SluiceViewLayer(_PassSwitches, bpy.types.PropertyGroup):
     """Settings of a view layer."""
 
     layers: CollectionProperty(

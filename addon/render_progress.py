@@ -19,6 +19,11 @@ _STOPS = {
 }
 
 
+# Design §5. Tooltips tell it.
+ERROR = ("The error: how far pixels are from what the render converges to, relative to each pixel (dark ones to a tenth of the mean), as root mean "
+         "square over the picture without its worst 0.1 %, noise and blur together, told without a reference")
+
+
 def in_background() -> bool:
     """Does Blender run without a window? Asked through a function, so that tests can answer."""
     return bpy.app.background
@@ -39,34 +44,81 @@ def count(number: float) -> str:
     return f"{int(number):,}"
 
 
-def line(progress: Progress) -> str:
-    """The status line of a session."""
+def about(number: float) -> str:
+    """An estimate as text: two digits of a whole number (410, 1,300)."""
+    return f"{round(float(f'{number:.2g}')):,}"
+
+
+def line(progress: Progress, target: float = 0) -> str:
+    """The status line of a session that stops at an error of `target` percent (0: of any)."""
     if progress["state"] == 'compiling':
         return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
     if progress["state"] == 'rendering' and progress["pass"] == 0:
         return f"Looking where the light goes, then the first of {progress['passes']} passes | Time {duration(progress['seconds'])}"
-    parts = [f"Pass {progress['pass']}/{progress['passes']}", f"Photons {count(progress['photons'])}",
-             f"Time {duration(progress['seconds'])}"]
+    parts = [f"Pass {progress['pass']}/{progress['passes']}", f"Photons {count(progress['photons'])}"]
+    if _known(progress["error_estimate"]):
+        parts.append(f"Error {error(progress)}")
+    parts.append(f"Time {duration(progress['seconds'])}")
     if _known(progress["seconds_left"]):
         parts.append(f"Left {duration(progress['seconds_left'])}")
-    if _known(progress["error_estimate"]):
-        parts.append(f"Noise {100 * progress['error_estimate']:.2g} %{_unmet(progress)}")
+    if 4 * progress["pass"] >= progress["passes"] and _misses(progress, target):
+        parts.append(_cost(progress, target))
+    if progress["main_cause"]:
+        parts.append(main_cause(progress["main_cause"]))
     return " | ".join(parts)
 
 
+def percent(relative: float) -> str:
+    """A relative error as text: 0.83 %, 3.1 %, 120 %."""
+    return f"{float(f'{100 * relative:.2g}'):g} %"
+
+
+def error(progress: Progress) -> str:
+    """The error, told apart: 3.1 % (noise 2.9 %, blur 1.1 %)."""
+    return (f"{percent(progress['error_estimate'])} (noise {percent(progress['noise'])}, blur {percent(progress['bias'])}"
+            f"{_unmet(progress)})")
+
+
+def main_cause(cause: tuple[str, float]) -> str:
+    """What makes most of the error: its name and its share of the square."""
+    return f"most of the error: {cause[0]}, {100 * cause[1]:.0f} %"
+
+
 def _unmet(progress: Progress) -> str:
-    """What the estimate of the noise does not know of: lights and effects of which nothing was found before the first pass."""
+    """What the estimate of the error does not know of: lights and effects of which nothing was found before the first pass."""
     names = progress.get("unmet") or ()
-    return "" if not names else f" (without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met)"
+    return "" if not names else f"; without {', '.join(names[:2])}{' …' if len(names) > 2 else ''}: not met"
 
 
-def summary(progress: Progress) -> str:
-    """One sentence at the end: what was done and why it stopped."""
+def _misses(progress: Progress, target: float) -> bool:
+    """Are the passes that were asked for too few to reach the target, as far as is known?"""
+    return target > 0 and _known(progress["passes_to_target"]) and progress["passes_to_target"] > progress["passes"]
+
+
+def _cost(progress: Progress, target: float) -> str:
+    """What the target would take."""
+    return f"{target:.3g} % takes about {about(progress['passes_to_target'])} passes"
+
+
+def summary(progress: Progress, target: float = 0) -> str:
+    """One sentence at the end: what was done, why it stopped, how far from the target of `target` percent (0: there is none)."""
     parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
              f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
     if _known(progress["error_estimate"]):
-        parts.append(f"noise {100 * progress['error_estimate']:.2g} %{_unmet(progress)}")
+        parts.append(f"error {error(progress)}")
+    if progress["main_cause"]:
+        parts.append(main_cause(progress["main_cause"]))
+    is_open = target > 0 and _known(progress["error_estimate"]) and 100 * progress["error_estimate"] > target
+    if is_open and _known(progress["passes_to_target"]) and progress["passes_to_target"] > progress["pass"]:
+        parts.append(_cost(progress, target))
     return ", ".join(parts)
+
+
+def stamps(progress: Progress) -> dict[str, str]:
+    """The error in numbers, for the header of the image's file; without them where it is not known."""
+    if not _known(progress["error_estimate"]):
+        return {}
+    return {name: f"{100 * progress[key]:.4g} %" for name, key in (("error", "error_estimate"), ("noise", "noise"), ("bias", "bias"))}
 
 
 def _known(number: float | None) -> bool:
@@ -79,13 +131,16 @@ class Stream:
     first, each time later by twice as much, to 16 s, since Blender prints a line each time), images so that copying them takes
     less than a thirtieth of the time."""
 
-    def __init__(self, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult, names: list[str], enabled: bool) -> None:
-        self._engine, self._result, self._names, self._enabled = engine, result, names, enabled
+    def __init__(self, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult, names: list[str], enabled: bool,
+                 target: float = 0) -> None:
+        self._engine, self._result, self._names, self._enabled, self._target = engine, result, names, enabled, target
+        self.passes_to_target: float | None = None  # as it was told last: a session that has ended tells none
         self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
         self._next_image, self._shown_pass = 0.0, 0
 
     def refresh(self, session: core.Session) -> None:
         progress = session.progress()
+        self.passes_to_target = progress["passes_to_target"] or self.passes_to_target
         now = time.monotonic()
         if now >= self._next_line:
             self._show_numbers(progress)
@@ -100,7 +155,7 @@ class Stream:
 
     def _show_numbers(self, progress: Progress) -> None:
         engine = self._engine
-        engine.update_stats("", line(progress))
+        engine.update_stats("", line(progress, self._target))
         megabytes = progress["memory"] / 2 ** 20
         engine.update_memory_stats(memory_used=megabytes, memory_peak=megabytes)
         left = progress["seconds_left"]
@@ -121,7 +176,7 @@ class ProgressLog:
     nothing happens). For tools that plot error against time; a render's last line holds statistics and warnings too. A process begins
     the file anew and appends its other renders: the frames of an animation, each of its view layers."""
 
-    _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "stop_reason")
+    _KEYS = ("seconds", "pass", "passes", "photons", "error_estimate", "noise", "bias", "main_cause", "stop_reason")
     _begun: set[str | None] = set()  # The files that this process has begun.
 
     def __init__(self, frame: int, layer: str) -> None:

@@ -29,7 +29,15 @@ FRENCH = {
     "What the Eye Sees": "Ce que l'œil voit", "All Reflections": "Tous les reflets",
     # layers
     "Light Layers": "Calques de lumière", "Add Light Layer": "Ajouter un calque de lumière",
+    "Active Light Layer": "Calque de lumière actif",
     "Remove Light Layer": "Retirer le calque de lumière", "Move Light Layer": "Déplacer le calque de lumière",
+    # render passes
+    "Albedo": "Albédo", "Edited": "Éditée", "Emission": "Émission", "Noise": "Bruit", "Bias": "Biais", "Data": "Données", "Quality": "Qualité",
+    "Depth": "Profondeur", "Normal": "Normale", "Combined": "Combinée",
+    "The compositor asks for it too": "Le compositeur la demande aussi",
+    # what runs, and how accurate it is
+    "What Will Be Simulated": "Ce qui sera simulé", "Effects": "Effets", "Effect": "Effet", "Accuracy": "Précision", "Share": "Part de l'erreur",
+    "Blur": "Flou", "Show Curve": "Montrer la courbe", "What This Number Is": "Ce qu'est ce nombre",
     # the render
     "Sampling": "Échantillonnage", "Passes": "Passes", "Photons": "Photons", "Seed": "Graine", "Animated Seed": "Graine animée",
     "Adaptive Sampling": "Échantillonnage adaptatif",

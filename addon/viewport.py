@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
-from . import changes, core, edit_statistics, export, final, render_progress
+from . import changes, core, edit_statistics, export, final, render_progress, render_statistics
 from .export.camera import export_view
 from .export.description import Description
 from .export.scene_names import Names
@@ -107,7 +107,7 @@ def _copy_edits(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> boo
 
 
 def _settings(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
-    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False}
+    found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False, "render_passes": []}
     # With one seed for all frames, those in which nothing moves are one picture: it goes on.
     return found if found["use_animated_seed"] else {**found, "frame": 0}
 
@@ -171,9 +171,10 @@ def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> 
     if finished and view.stale:
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
-    engine.update_stats("Sluice", render_progress.line(view.session.progress()))
+    engine.update_stats("Sluice", render_progress.line(view.session.progress(), view.settings["error_target"]))
     if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
         edit_statistics.remember(view.session)
+        render_statistics.remember_effects(view.session)
         edit_statistics.redraw()
         view.told = True
     if finished and not is_new and view.level + 1 < len(_LEVELS):

@@ -26,4 +26,5 @@ def export_settings(scene: bpy.types.Scene, threads: int | None = None) -> dict[
 def for_preview(settings: dict[str, Any]) -> dict[str, Any]:
     """Little work for a material preview: a thumbnail that appears at once."""
     return {**settings, "passes": min(settings["passes"], 8), "photons": min(settings["photons"], 30000),
-            "pilot_paths": 8192, "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0, "use_adaptive_sampling": False}
+            "pilot_paths": 8192, "render_passes": [], "time_limit": min(settings["time_limit"] or 2.0, 2.0), "error_target": 0.0,
+            "use_adaptive_sampling": False}

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "transport/effects.h"
 
+#include <algorithm>
+
 #include "edit/edits.h"
 #include "shading/material.h"
 #include "transport/arrival.h"
@@ -22,6 +24,21 @@ bool has_light_exits(const Edits& edits) {
         (!edits[e].exits.empty() || edits[e].is_partial))
       return true;
   return false;
+}
+
+// Of enabled edits, by what paths of this scene can spell, and of layers.
+void add_reasons_of_edits(const Scene& scene, bool lit, std::vector<Effects::Reason>& reasons) {
+  const Edits& edits = scene.edits();
+  for (int e = 0; e < edits.size(); ++e) {
+    const bool is_possible = lit && contains(edits.could_take(edits[e].side), e);
+    const char* why = !lit          ? "the scene has no light"
+                      : is_possible ? "some path of this scene can match its expression"
+                                    : "no path of this scene can match its expression";
+    reasons.push_back({"edit " + edits[e].name, is_possible, why});
+  }
+  for (const LayerDescription& layer : edits.layers())
+    reasons.push_back(
+        {"layer " + layer.name, lit, lit ? "every path is asked for it" : "the scene has no light"});
 }
 
 }  // namespace
@@ -47,6 +64,8 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
          !seen ? dark : "no enabled light edit that light can match has an exit");
   decide("indirect", effects.indirect, settings.use_indirect, seen && settings.max_depth > 1,
          "surfaces light each other", !seen ? dark : "max_depth leaves room for one bounce only");
+  effects.lobes_find_lights =
+      !std::ranges::all_of(scene.lights(), [](const Light& light) { return is_delta(light); });
   effects.light_edits = !is_empty(scene.edits().could_take(Side::Light));
   effects.view_edits = !is_empty(scene.edits().could_take(Side::View));
   effects.layers = !scene.edits().layers().empty();
@@ -58,6 +77,7 @@ Effects find_effects(const Scene& scene, const TransportSettings& settings) {
   effects.reasons.push_back(
       {"photons", effects.traces_photons(),
        effects.traces_photons() ? "an effect above reads them" : "no effect above reads them"});
+  add_reasons_of_edits(scene, lit, effects.reasons);
   return effects;
 }
 

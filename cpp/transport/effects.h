@@ -13,6 +13,8 @@ namespace sluice {
 
 struct Effects {
   bool direct = false, caustics = false, edited = false, indirect = false;
+  // Some light has an extent, so that directions drawn from lobes can meet it: else direct light sends none.
+  bool lobes_find_lights = false;
   bool light_edits = false, view_edits = false;
   bool layers = false;         // images of whole paths beside the picture
   bool tracks_states = false;  // one of these three asks what happened to light: else nobody keeps it
@@ -25,7 +27,7 @@ struct Effects {
   [[nodiscard]] bool traces_photons() const noexcept { return stored_arrivals != 0; }
 
   struct Reason {
-    std::string effect;
+    std::string effect;  // or "edit NAME", "layer NAME"
     bool runs;
     std::string why;
   };

@@ -250,6 +250,8 @@ bool Film::has_samples() const noexcept {
   return std::ranges::any_of(tile_passes_, [](const auto& passes) { return total(passes) > 0; });
 }
 
+// Pixel by pixel: Combined of each stream, parts, alpha, features, layers, as far as they are held. What is
+// told of errors is no part of it.
 std::uint64_t Film::hash() const noexcept {
   std::uint64_t h = mix(static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
   const auto add = [&h](double total_sum) {
@@ -257,9 +259,20 @@ std::uint64_t Film::hash() const noexcept {
     std::memcpy(&bits, &total_sum, sizeof bits);
     h = mix(h, bits);
   };
-  for (std::size_t i = 0; i < sums_.size(); ++i) add(sums_[i] + block_[i]);
-  for (std::size_t i = 0; i < stream_sums_.size(); ++i)
-    add(static_cast<double>(stream_sums_[i]) + static_cast<double>(stream_block_[i]));
+  const std::size_t pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const auto add_plane = [&](const Plane& plane) {
+      for (int c = 0; c < plane.channels(); ++c) add(sum(p, plane.at + c));
+    };
+    for (int i = 0; i < 3 * stream_count; ++i) add(stream_sum(p, i));
+    for (const Plane& plane : planes_)
+      if (plane.part >= 0) add_plane(plane);
+    const int x = static_cast<int>(p % width_), y = static_cast<int>(p / width_);
+    add(alpha_at_ >= 0 ? sum(p, alpha_at_) : total(tile_passes_[tile_of(x, y)]));
+    for (const Plane& plane : planes_)
+      if (plane.feature) add_plane(plane);
+    for (int i = 0; i < 3 * layer_count_; ++i) add(sum(p, layers_at_ + i));
+  }
   return h;
 }
 

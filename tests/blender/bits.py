@@ -58,6 +58,7 @@ def render(threads=2, seed=0, border=None, photons=5000):
         scene.render.border_min_x, scene.render.border_min_y, scene.render.border_max_x, scene.render.border_max_y = border
     ours = scene.sluice
     ours.passes, ours.photons, ours.seed, ours.error_target, ours.time_limit = 4, photons, seed, 0, 0
+    bpy.context.view_layer.sluice.use_pass_edited = True
     made, new_session = [], core.new_session
     core.new_session = lambda: made.append(new_session()) or made[-1]
     try:

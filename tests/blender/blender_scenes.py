@@ -52,6 +52,15 @@ def compositor_of(scene):
     return scene.node_tree
 
 
+def ask_for_all_passes(scene):
+    """Switches on every render pass of every view layer."""
+    for view_layer in scene.view_layers:
+        view_layer.use_pass_z = view_layer.use_pass_normal = True
+        for item in view_layer.sluice.bl_rna.properties:
+            if item.identifier.startswith("use_pass_"):
+                setattr(view_layer.sluice, item.identifier, True)
+
+
 def made_by(operator, **settings):
     """The object that an operator makes."""
     operator(**settings)

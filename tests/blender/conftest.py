@@ -136,6 +136,7 @@ def edited_scene(camera, new_object, cube_mesh):
 def room(core, camera, new_object, cube_mesh):
     """A floor under a lamp with a glass ball, an edit that moves direct light aside; small and quick."""
     import bpy
+    from blender_scenes import ask_for_all_passes
     from mathutils import Matrix
     scene = bpy.context.scene
     bpy.ops.mesh.primitive_plane_add(size=4)
@@ -162,6 +163,7 @@ def room(core, camera, new_object, cube_mesh):
     scene.sluice.passes, scene.sluice.photons = 4, 20000
     scene.render.resolution_x, scene.render.resolution_y = 48, 36
     scene.view_settings.view_transform = 'Standard'
+    ask_for_all_passes(scene)
     return scene
 
 

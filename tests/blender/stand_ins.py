@@ -67,5 +67,5 @@ def job_of_engine():
     from sluice.final import Job
     from sluice.passes import fixed_passes
     frame = {"x0": 0, "y0": 0, "x1": 4, "y1": 3, "width": 4, "height": 3}
-    return Job("Layer", {"frame": frame, "edits": []}, {"passes": 100000, "photons": 1000, "time_limit": 0, "seed": 0, "frame": 1},
+    return Job("Layer", {"frame": frame, "edits": []}, {"passes": 100000, "photons": 1000, "time_limit": 0, "error_target": 0, "seed": 0, "frame": 1},
                passes=fixed_passes())

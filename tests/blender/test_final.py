@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The final render's protocol with Blender, with a stand-in core: what a failure does, what is written, what is said."""
 import subprocess
-from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
-from blender_scenes import channels, compositor_of, oiiotool, save, write_layers
+from blender_scenes import ask_for_all_passes, channels, oiiotool, save, write_layers
 from stand_ins import Engine, job_of_engine
 
 
@@ -111,7 +110,8 @@ def test_an_error_in_one_view_layer_is_an_error(edited_scene, fake_core, tmp_pat
 # --- what is written ---------------------------------------------------------------------------------------------------------
 
 
-def test_every_pass_reaches_the_file(rendered, fake_core):
+def test_every_pass_reaches_the_file(rendered, edited_scene, fake_core):
+    ask_for_all_passes(edited_scene)
     found = channels(rendered())
     expected = {f"ViewLayer.{name}.{channel}" for name, letters in fake_core.passes for channel in letters}
     assert set(found) == expected
@@ -129,46 +129,9 @@ def test_the_header_tells_what_made_the_image(rendered, edited_scene):
     edited_scene.sluice.seed = 7
     header = oiiotool("--info", "-v", rendered())
     for line in ('Sluice seed: "7"', 'Sluice passes: "3"', 'Sluice photons: "3000"', 'Sluice stop: "passes"',
-                 'Sluice film hash: "0123456789abcdef"', 'Sluice version: "0.1.0"', 'Sluice frame: "1"', 'Sluice warnings: "0"'):
+                 'Sluice film hash: "0123456789abcdef"', 'Sluice version: "0.1.0"', 'Sluice frame: "1"', 'Sluice warnings: "0"',
+                 'Sluice error: "12.5 %"', 'Sluice noise: "10 %"', 'Sluice bias: "7.5 %"'):
         assert line in header
-
-
-def test_the_compositor_has_a_socket_for_every_pass(edited_scene, fake_core):
-    node = compositor_of(edited_scene).nodes.new('CompositorNodeRLayers')
-    node.scene = edited_scene
-    bpy.context.view_layer.update()
-    names = {socket.name for socket in node.outputs if socket.enabled}
-    assert {name for name, _channels in fake_core.passes[1:]} <= names
-
-
-def test_a_new_pass_of_the_core_needs_nothing_of_the_addon(rendered, edited_scene, fake_core, monkeypatch):
-    from sluice.passes import clean_name, fixed_passes
-    monkeypatch.setattr(fake_core, "passes", (*fake_core.passes, ("Glow", "RGB"), ("Speed", "XYZ"), ("Age", "X")))
-    kinds = {item.name: item.kind for item in fixed_passes()}
-    assert kinds["Combined"] == kinds["Glow"] == 'COLOR' and kinds["Normal"] == kinds["Speed"] == 'VECTOR'
-    assert kinds["Depth"] == kinds["Noise"] == kinds["Age"] == 'VALUE'
-    assert {f"ViewLayer.{name}" for name in ("Glow.R", "Speed.Z", "Age.X")} <= channels(rendered()).keys()
-    assert clean_name("Glow") == "Glow 2"
-
-
-def test_without_a_core_combined_is_there_alone(edited_scene, monkeypatch):
-    from sluice import core, passes
-
-    def fail():
-        raise core.CoreMissing("there is none")
-
-    monkeypatch.setattr(core, "load", fail)
-    registered = []
-    engine = SimpleNamespace(register_pass=lambda *told: registered.append(told[2:]))
-    passes.register_passes(engine, edited_scene, bpy.context.view_layer)
-    assert registered == [("Combined", 4, "RGBA", 'COLOR')]
-
-
-def test_the_real_cores_passes_have_their_kinds(core):
-    from sluice.passes import COMBINED, fixed_passes
-    found = fixed_passes()
-    assert found[0] == COMBINED and [item.name for item in found if item.kind == 'VALUE'] == ["Depth", "Noise"]
-    assert [item.name for item in found if item.kind == 'VECTOR'] == ["Normal"] and len(found) == len(core.passes)
 
 
 @pytest.mark.parametrize("crop", [False, True])
@@ -186,7 +149,7 @@ def test_a_border_is_the_crop_of_the_full_frame(rendered, edited_scene, crop):
 
 @pytest.mark.parametrize("percentage", [50, 33])
 def test_resolution_percentage(rendered, edited_scene, percentage):
-    edited_scene.render.resolution_percentage = percentage
+    edited_scene.render.resolution_percentage, bpy.context.view_layer.use_pass_z = percentage, True
     depth = channels(rendered())["ViewLayer.Depth.Z"]
     assert depth.shape == (30 * percentage // 100, 40 * percentage // 100)
 

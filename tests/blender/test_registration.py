@@ -77,7 +77,7 @@ def test_labels_have_their_french():
     kinds = (bpy.types.Panel, bpy.types.Operator, bpy.types.Menu)
     labels = {cls.bl_label for kind in kinds for cls in kind.__subclasses__() if cls.__module__.startswith("sluice.") and cls.is_registered}
     assert labels - blenders - translations.FRENCH.keys() == set()
-    for group in (bpy.context.scene.sluice, bpy.data.objects.new("Empty", None).sluice):
+    for group in (bpy.context.scene.sluice, bpy.data.objects.new("Empty", None).sluice, bpy.context.view_layer.sluice):
         names = {item.name for item in group.bl_rna.properties if item.identifier not in {"rna_type", "name"}}
         assert names - translations.FRENCH.keys() == set()
     assert {label for _name, label, _description, _icon in light_kinds.ACTIONS} <= translations.FRENCH.keys()

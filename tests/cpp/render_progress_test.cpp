@@ -73,9 +73,9 @@ TEST(SecondsLeft, AreThoseToTheNearestStop) {
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.05)), 0);
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.001)), 160);
   // Half the bias takes eight times the passes.
-  now.accuracy.noise = 0, now.accuracy.bias = 0.02;
+  now.accuracy.noise = 0, now.accuracy.bias = 0.02, now.passes = 1000;
   EXPECT_NEAR(seconds_left(now, settings(1000, 0, 0.01)), 40 * (8 - 1), 1e-6);
-  now.accuracy.noise = -1;
+  now.accuracy.noise = -1, now.passes = 100;
   EXPECT_DOUBLE_EQ(seconds_left(now, settings(100, 0, 0.01)), 160);
 }
 

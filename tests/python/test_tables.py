@@ -32,6 +32,14 @@ def test_the_stand_in_core_has_only_passes_of_the_core():
     assert set(passes) <= set(sluice_core.passes)
 
 
+def test_every_pass_has_a_switch():
+    """The add-on registers switches without a core; the three lists that it makes them of hold the core's passes, and each once."""
+    tables = [ast.literal_eval(_assigned(_syntax_of(f"addon/{file}.py"), name))
+              for file, name in (("passes", "SHOWS"), ("passes", "_BLENDERS_SWITCHES"), ("pass_panels", "_GROUPS"))]
+    names = sorted(name for name, _channels in sluice_core.passes if name != "Combined")
+    assert sorted([*tables[0], *tables[1]]) == names == sorted(name for group in tables[2].values() for name in group)
+
+
 def test_the_design_names_every_pass():
     section = re.search(r"^## 8\. .*?(?=^## |\Z)", (ROOT / "docs/design.md").read_text(), re.MULTILINE | re.DOTALL).group()
     assert {name for name, _channels in sluice_core.passes} <= set(re.findall(r"\w+", section))

@@ -46,7 +46,8 @@ void Gather::add_photons_at_v(const Sample& sample, const ViewPath& path, const 
 }
 
 void Gather::gather_alone(Sample& sample, const ViewPath& path, const Vertex& v) {
-  if (!(effects_.direct || effects_.indirect) || !(v.bsdf.events() & gathering)) return;
+  const bool may_find = effects_.indirect || (effects_.direct && effects_.lobes_find_lights);
+  if (!may_find || !(v.bsdf.events() & gathering)) return;
   const std::uint32_t segments = sample.asked.segments.alone();
   for (std::uint32_t i = 0; i < segments; ++i) {
     const Sampler numbers = sample.asked.sampler.part(i, segments);

@@ -9,7 +9,8 @@ import numpy as np
 
 __version__ = "0.1.0"
 # Of each kind some; they need not be all that the core has.
-passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"))
+passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"),
+          ("Bias", "X"))
 last_description = None  # what the last session was given, for tests
 last_settings = None
 seconds_per_photon = 1e-8
@@ -71,7 +72,8 @@ class Session:
         global last_description, last_settings
         last_description, last_settings = copy.deepcopy(description), copy.deepcopy(settings)
         self._description, self._frame, self._settings = last_description, last_description["frame"], last_settings
-        self._channels = {name: len(channels) for name, channels in passes}
+        asked = {"Combined", "Noise", *last_settings.get("render_passes", [name for name, _channels in passes])}
+        self._channels = {name: len(channels) for name, channels in passes if name in asked}
         self._channels.update({layer["name"]: 3 for layer in last_description.get("layers", ())})
         self._begin, self._state, self._stop = time.monotonic(), 'rendering', None
         for edit in last_description["edits"]:
@@ -118,8 +120,14 @@ class Session:
         done = self._advance()
         seconds = time.monotonic() - self._begin
         return {"state": self._state, "pass": done, "passes": self._settings["passes"], "photons": done * self._settings["photons"],
-                "seconds": seconds, "seconds_left": 1.0, "error_estimate": 0.5 / (done + 1), "memory": 1 << 20, "message": "",
+                "seconds": seconds, "seconds_left": 1.0, "error_estimate": 0.5 / (done + 1), "noise": 0.4 / (done + 1),
+                "bias": 0.3 / (done + 1), "main_cause": ("Direct", 0.75) if done else None,
+                "passes_to_target": self._to_target() if self._state == 'rendering' and done else None, "memory": 1 << 20, "message": "",
                 "error": self._error, "stop_reason": self._stop or 'cancelled'}
+
+    def _to_target(self):
+        target = self._settings["error_target"] / 100
+        return 0.5 / target - 1 if target > 0 else None
 
     def cancel(self):
         if self._state == 'rendering':
@@ -129,7 +137,7 @@ class Session:
         return list(self._warnings)
 
     def snapshot(self, names):
-        if self._state == 'failed' or self._advance() == 0:
+        if self._state == 'failed' or self._advance() == 0 or not self._channels.keys() >= set(names):
             return None
         frame = self._frame
         rows, columns = np.mgrid[frame["y0"]:frame["y1"], frame["x0"]:frame["x1"]].astype(np.float32)

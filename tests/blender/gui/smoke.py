@@ -30,6 +30,8 @@ def steps():
     yield "exit_panel"
     show('RENDER')
     yield "render_panel"
+    show('VIEW_LAYER')
+    yield "view_layer_panel"
     bpy.ops.sluice.select_one(name="Area") if "Area" in bpy.data.objects else None
     show('DATA')
     yield "lamp_panel"
