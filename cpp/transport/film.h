@@ -74,10 +74,19 @@ template <class Estimate>
     return (part[a] - part[b]) * (part[a] - part[b]) / (2 * stream_count);
   });
 }
-// The same of the square of a part's bias, without the noise of its estimates: their products.
+// The square of a part's bias, without the noise of its estimates: their products in pairs. Relative to the
+// pixel's own mean: what a photon brings in one stream alone is no product, so that no rare path stands out.
 [[nodiscard]] inline double relative_bias(const Streams<double>& bias, const Streams<V3d>& pixel,
                                           const Surroundings& place) noexcept {
-  return relative_mean(pixel, place, [&](std::size_t a, std::size_t b) { return V3d(bias[a] * bias[b]); });
+  double sum = 0, squares = 0;
+  V3d mean(0);
+  for (std::size_t s = 0; s < stream_count; ++s) {
+    sum += bias[s], squares += square(bias[s]);
+    mean += pixel[s] / stream_count;
+  }
+  const double product = (square(sum) - squares) / (stream_count * (stream_count - 1));
+  // Both are luminances: what is blurred has about the pixel's own colour.
+  return product / (square(luminance(mean)) + square(place.image_mean / 10));
 }
 
 // Errors of pictures are told without the worst 0.1 % of their pixels: there one path in many brings so much
