@@ -226,6 +226,10 @@ class SluiceViewLayer(_PassSwitches, bpy.types.PropertyGroup):
     layers: CollectionProperty(
         name="Light Layers", description="Render passes chosen by an expression", type=SluiceLayer,
         override={'LIBRARY_OVERRIDABLE', 'USE_INSERTION'})
+    use_denoise: BoolProperty(
+        name="Denoise", description="Remove the noise of a final render at its end, with the Python package pyoidn (Open Image Denoise); the pass "
+        "Noisy Image keeps the picture as it was rendered. Set Up Denoising uses the compositor instead where it can",
+        default=False, override=OVERRIDABLE, update=_pass_switched)
     active_layer: IntProperty(
         name="Active Light Layer", description="The light layer that the panel shows", default=0, min=0, max=62, override=OVERRIDABLE)
 

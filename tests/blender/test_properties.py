@@ -11,7 +11,7 @@ NAMES = {
     "object": {"role": 'ENUM', "order": 'INT', "offset": 'FLOAT', "expression": 'STRING', "enabled": 'BOOLEAN', "repeat": 'BOOLEAN',
                "amount": 'FLOAT', "feather": 'FLOAT', "entry": 'POINTER', "intensity": 'FLOAT', "hue_shift": 'FLOAT', "tint": 'FLOAT',
                "keep_brightness": 'BOOLEAN', "intensity_texture": 'POINTER', "hue_shift_texture": 'POINTER', "normal_map": 'POINTER'},
-    "view_layer": {"layers": 'COLLECTION', "active_layer": 'INT',
+    "view_layer": {"layers": 'COLLECTION', "active_layer": 'INT', "use_denoise": 'BOOLEAN',
                    **{f"use_pass_{name}": 'BOOLEAN' for name in ("albedo", "direct", "caustics", "edited", "indirect", "emission", "noise", "bias")}},
 }
 
