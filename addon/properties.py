@@ -143,6 +143,9 @@ class SluiceScene(bpy.types.PropertyGroup):
     use_adaptive_sampling: BoolProperty(
         name="Adaptive Sampling", description="More samples and lights asked where a pilot finds noise. The viewport goes without",
         default=True, override=OVERRIDABLE, update=_tag_owner)
+    use_preview_denoise: BoolProperty(
+        name="Denoise Viewport", description="Remove the noise of rendered mode from the fourth pass on, beside Blender, with the Python "
+        "package pyoidn (Open Image Denoise)", default=False, override=OVERRIDABLE, update=_tag_owner)
     max_depth: IntProperty(
         name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=250,
         override=OVERRIDABLE, update=_tag_owner)

@@ -283,6 +283,67 @@ def test_the_real_package():
     np.testing.assert_array_equal(found[..., 3], flat[..., 3])
 
 
+# --- the 3D view -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def window(edited_scene, fake_core, monkeypatch):
+    """A view that has not begun: 6 passes of 0.1 s."""
+    from sluice import viewport
+    from windowless import Window
+    edited_scene.sluice.passes, edited_scene.sluice.photons = 6, 10**7
+    found = Window(16, 8, edited_scene.camera, monkeypatch.setattr)
+    yield found
+    viewport.free(found.view)
+
+
+def shown(window):
+    """The pictures that a view shows until it is at rest, each once: the mean of each."""
+    import time
+
+    from sluice import viewport
+    window.update()
+    window.draw()
+    found = []
+    while not viewport._at_rest(window.view):
+        window.draw()
+        if window.view.level == 2 and window.view.texture is not None and (not found or window.view.texture is not found[-1]):
+            found.append(window.view.texture)
+        time.sleep(0.01)
+    window.draw()
+    return [float(picture[..., 1].mean()) for picture in found]
+
+
+def test_the_view_is_raw_unless_asked(window, package):
+    told = package()
+    shown(window)
+    assert not told.exists() and window.sessions[-1]._settings["render_passes"] == [] and "enois" not in window.engine.said[-1]
+
+
+def test_the_view_is_denoised_after_some_passes(window, package):
+    told = package("return color * 0 + 5")
+    bpy.context.scene.sluice.use_preview_denoise = True
+    means = shown(window)
+    assert json.loads(told.read_text()) == [[8, 16, 3], [8, 16, 3], [8, 16, 3], True]
+    assert [session._settings["render_passes"] for session in window.sessions] == [[], [], ["Albedo", "Normal"]]
+    first = means.index(5)
+    assert 0 < first and set(means[first:]) == {5}  # Raw ones come before it and none after it.
+    assert "| Error before denoising" in window.engine.said[-1] and window.engine.said[-1].endswith("| Denoised")
+
+
+def test_a_view_whose_package_fails_stays_raw(window, package, capsys):
+    package("raise ValueError('no such filter')")
+    bpy.context.scene.sluice.use_preview_denoise = True
+    assert shown(window)
+    assert capsys.readouterr().err.count("no such filter") == 1 and "enois" not in window.engine.said[-1]
+
+
+def test_a_view_without_the_package_stays_raw(window, no_package):
+    bpy.context.scene.sluice.use_preview_denoise = True
+    shown(window)
+    assert window.sessions[-1]._settings["render_passes"] == [] and "enois" not in window.engine.said[-1]
+
+
 # --- the report --------------------------------------------------------------------------------------------------------------
 
 

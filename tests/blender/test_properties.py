@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 NAMES = {
-    "scene": {"passes": 'INT', "photons": 'INT', "seed": 'INT', "use_animated_seed": 'BOOLEAN', "use_adaptive_sampling": 'BOOLEAN', "max_depth": 'INT', "max_gates": 'INT',
+    "scene": {"passes": 'INT', "photons": 'INT', "seed": 'INT', "use_animated_seed": 'BOOLEAN', "use_adaptive_sampling": 'BOOLEAN', "use_preview_denoise": 'BOOLEAN', "max_depth": 'INT', "max_gates": 'INT',
               "specular_threshold": 'FLOAT', "time_limit": 'FLOAT', "error_target": 'FLOAT', "use_direct": 'BOOLEAN',
               "use_caustics": 'BOOLEAN', "use_edited": 'BOOLEAN', "use_indirect": 'BOOLEAN', "use_edits": 'BOOLEAN',
               "solo": 'POINTER'},
