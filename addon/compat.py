@@ -131,9 +131,10 @@ def make_compositor(bpy: ModuleType, scene: bpy.types.Scene) -> Any:
         scene.use_nodes = True
         return scene.node_tree
     if scene.compositing_node_group is None:
-        tree = bpy.data.node_groups.new("Compositor", 'CompositorNodeTree')
-        tree.interface.new_socket("Image", in_out='OUTPUT', socket_type='NodeSocketColor')
-        scene.compositing_node_group = tree
+        scene.compositing_node_group = bpy.data.node_groups.new("Compositor", 'CompositorNodeTree')
+    interface = scene.compositing_node_group.interface
+    if not any(getattr(item, "in_out", "") == 'OUTPUT' for item in interface.items_tree):
+        interface.new_socket("Image", in_out='OUTPUT', socket_type='NodeSocketColor')
     return scene.compositing_node_group
 
 

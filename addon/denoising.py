@@ -18,6 +18,7 @@ import numpy as np
 
 PACKAGE = "pyoidn"
 ITEM = "Denoise"  # the name under which warnings tell of it
+MISSING = f"The Python package {PACKAGE} is not there: Set Up Denoising tells how to install it"  # for panels, which wrap lines
 _NEEDS = ("cffi", "pycparser")  # what the package needs beside NumPy, which Blender has and no other version may hide
 _PATIENCE = 600.0  # Seconds that the process may take; 4K takes half a minute on two cores.
 

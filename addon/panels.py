@@ -38,7 +38,7 @@ class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
         column.separator()
         column.prop(settings, "use_preview_denoise")
         if settings.use_preview_denoise and not denoising.is_there():
-            sentence(column, context.region, denoising.missing(), 'ERROR')
+            sentence(column, context.region, denoising.MISSING, 'ERROR')
 
 
 class SLUICE_PT_effects(_RenderPanel, bpy.types.Panel):

@@ -45,9 +45,10 @@ def _draw_denoising(layout: bpy.types.UILayout, context: bpy.types.Context) -> N
     has_node = compat.has_denoise_node()
     if settings.use_denoise or not has_node:
         layout.column(heading="Denoising").prop(settings, "use_denoise")
-    if settings.use_denoise and not denoising.is_there():
-        sentence(layout, region, denoising.missing(), 'ERROR')
-    if has_node or not settings.use_denoise:
+    is_missing = settings.use_denoise and not denoising.is_there()
+    if is_missing:
+        sentence(layout, region, denoising.MISSING, 'ERROR')
+    if has_node or is_missing or not settings.use_denoise:
         layout.operator("sluice.set_up_denoising", icon='NODE_COMPOSITING')
 
 

@@ -214,6 +214,34 @@ def test_the_file_has_the_denoised_picture_and_the_raw_one(rendered, package, fa
     assert "Sluice denoised" in header and "Sluice error" in header
 
 
+def test_the_compositor_gets_the_raw_picture(fake_core):
+    """And a light layer makes way for its name."""
+    from sluice.passes import clean_name
+    scene = bpy.context.scene
+    tree = compositor_of(scene)
+    source = tree.nodes.new(LAYERS)
+    source.scene = scene
+    bpy.context.view_layer.sluice.use_denoise = True
+    bpy.context.view_layer.update()
+    assert "Noisy Image" in {socket.name for socket in source.outputs if socket.enabled}
+    bpy.context.view_layer.sluice.use_denoise = False
+    bpy.context.view_layer.update()
+    assert "Noisy Image" not in {socket.name for socket in source.outputs if socket.enabled}
+    assert clean_name("Noisy Image") == "Noisy Image 2"
+
+
+def test_esc_leaves_the_picture_raw(package, fake_core):
+    """Who stops a render does not wait for more."""
+    from sluice import final, passes
+    from stand_ins import Engine, job_of_engine
+    told = package()
+    engine = Engine(escape_after=3)
+    engine.job = job_of_engine()
+    engine.job.denoise, engine.job.passes = True, (*engine.job.passes, passes.NOISY_IMAGE)
+    final.render(engine)
+    assert not told.exists() and engine.said[-1][0] == "end"
+
+
 @pytest.mark.parametrize(("body", "why"), [("raise ValueError('no such filter')", "no such filter"), ("return color[:1]", "no picture"),
                                            ("return color * float('nan')", "no picture"), ("import os; os.abort()", "exit code")])
 def test_a_package_that_fails_costs_no_picture(rendered, package, fake_core, capsys, body, why):
