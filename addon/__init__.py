@@ -21,6 +21,7 @@ from . import (  # noqa: E402
     arrivals,
     compat,
     core,
+    denoise_operator,
     edit_list,
     edit_operators,
     edit_panels,
@@ -39,12 +40,14 @@ from . import (  # noqa: E402
     properties,
     render_statistics,
     renaming,
+    report_operator,
     translations,
 )
 
 _registered = (  # They are registered in this order and taken away in the opposite one.
     translations, properties, edit_operators, exit_operators, menus, presets, panels, accuracy_panels, edit_panels, edit_list,
     layers, pass_panels, native_panels, engine, arrivals, overlay, gizmos, renaming, known_names, edit_statistics, render_statistics,
+    denoise_operator, report_operator,
 )
 
 

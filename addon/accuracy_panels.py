@@ -91,19 +91,27 @@ class SLUICE_PT_accuracy(_RenderPanel, bpy.types.Panel):
         if not found.accuracy:
             what = "This takes 4 passes" if found.progress else "There was no render yet"
             sentence(layout, region, f"The error of the last render is not known. {what}", 'INFO')
+            _draw_operators(layout)
             return
         _draw_error(layout, region, found)
         parts, edits = render_statistics.shares(found.accuracy[-1])
         _draw_table(layout, "Effect", parts, True)
         _draw_table(layout, "Light Edit", edits, False)
         layout.operator("sluice.show_curve", icon='GRAPH')
+        _draw_operators(layout)
+
+
+def _draw_operators(layout: bpy.types.UILayout) -> None:
+    """Draws what makes pictures better or tells more of them."""
+    layout.operator("sluice.set_up_denoising", icon='NODE_COMPOSITING')
+    layout.operator("sluice.make_report", icon='TEXT')
 
 
 def _draw_error(layout: bpy.types.UILayout, region: bpy.types.Region, found: render_statistics.Found) -> None:
     """Draws the error, what makes most of it, and time. A tooltip tells what the number is."""
     row = layout.row()
     column = row.column()
-    sentence(column, region, f"Error {render_progress.error(dict(found.progress))}", 'INFO', beside=4)
+    sentence(column, region, f"Error{' before denoising' if found.denoised else ''} {render_progress.error(dict(found.progress))}", 'INFO', beside=4)
     if found.progress["main_cause"]:
         cause = render_progress.main_cause(found.progress["main_cause"])
         sentence(column, region, cause[0].upper() + cause[1:], 'BLANK1', beside=4)

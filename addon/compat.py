@@ -124,6 +124,35 @@ def compositor(scene: bpy.types.Scene) -> Any:
     return scene.compositing_node_group if hasattr(scene, "compositing_node_group") else scene.node_tree
 
 
+def make_compositor(bpy: ModuleType, scene: bpy.types.Scene) -> Any:
+    """The node tree of a scene's compositor, switched on, and made if there is none."""
+    scene.render.use_compositing = True
+    if not hasattr(scene, "compositing_node_group"):
+        scene.use_nodes = True
+        return scene.node_tree
+    if scene.compositing_node_group is None:
+        scene.compositing_node_group = bpy.data.node_groups.new("Compositor", 'CompositorNodeTree')
+    interface = scene.compositing_node_group.interface
+    if not any(getattr(item, "in_out", "") == 'OUTPUT' for item in interface.items_tree):
+        interface.new_socket("Image", in_out='OUTPUT', socket_type='NodeSocketColor')
+    return scene.compositing_node_group
+
+
+def compositor_output(scene: bpy.types.Scene) -> str:
+    """The kind of node whose first input is what the compositor makes: since 5.0 that of any node group."""
+    return 'NodeGroupOutput' if hasattr(scene, "compositing_node_group") else 'CompositorNodeComposite'
+
+
+def has_denoise_node() -> bool:
+    """Was this Blender built with Open Image Denoise? Without it the compositor's Denoise node is there and does nothing. Cycles gets
+    it by the same switch of the build, and tells."""
+    try:
+        import _cycles  # type: ignore[import-not-found]
+    except ImportError:
+        return False
+    return bool(getattr(_cycles, "with_openimagedenoise", False))
+
+
 def icon(name: str, instead: str) -> str:
     """An icon's name, or another one where this Blender lacks it (LIGHTPROBE_* changed in 4.1)."""
     import bpy

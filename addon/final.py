@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from . import core, edit_statistics, export, passes, render_progress, render_statistics
+from . import core, denoising, edit_statistics, export, passes, render_progress, render_statistics
 from .export.camera import export_camera, export_frame
 from .export.description import Description
 from .export.scene_names import Names
@@ -18,6 +18,7 @@ from .export.settings import export_settings, for_preview
 
 if TYPE_CHECKING:
     import bpy
+    import numpy as np
 
     from .engine import SluiceRenderEngine
 
@@ -49,6 +50,7 @@ class Job:
     warnings: list[tuple[str, str]] = field(default_factory=list)
     passes: tuple[passes.Pass, ...] = (passes.COMBINED,)
     asked: dict[str, str] = field(default_factory=dict)  # by the name of a pass: who asks for it
+    denoise: bool = False  # shall and can the picture be denoised?
     failure: Failure | None = None
     cancelled: bool = False
 
@@ -86,8 +88,11 @@ def _copy_scene(engine: SluiceRenderEngine, data: bpy.types.BlendData, depsgraph
         layer["expression"] = context.names.homes.read(layer["expression"], scene.original.library)
     asked = passes.asked(depsgraph.scene, depsgraph.view_layer_eval, job.description["layers"])
     job.passes, job.asked = tuple(asked), {item.name: who for item, who in asked.items()}
-    fixed = set(passes.fixed_passes())
-    job.settings["render_passes"] = [item.name for item in asked if item in fixed]
+    job.denoise = passes.NOISY_IMAGE in asked and denoising.is_there()
+    if passes.NOISY_IMAGE in asked and not job.denoise:
+        job.warnings.append((denoising.ITEM, denoising.missing()))
+    made = {item.name for item in asked} | (set(passes.GUIDES) if job.denoise else set())
+    job.settings["render_passes"] = [item.name for item in passes.fixed_passes() if item.name in made]
 
 
 def render(engine: SluiceRenderEngine) -> None:
@@ -114,7 +119,7 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     _trust_size(job.description["frame"], result)
     session.start(job.description, job.settings)
     job.description = {}  # The core has a copy of its own now.
-    names = [item.name for item in job.passes]
+    names = [item.name for item in job.passes if item != passes.NOISY_IMAGE]
     target = job.settings["error_target"]
     stream = render_progress.Stream(engine, result, names, not render_progress.in_background(), target)
     log = render_progress.ProgressLog(job.settings["frame"], job.layer)
@@ -133,17 +138,31 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
     _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':
         raise core_failure(progress)
-    images = session.snapshot(names)
+    images = session.snapshot(names + [name for name in job.settings.get("render_passes", ()) if name not in names])
     if images is None:
         if stopped:
             return  # Esc came before the first image: Blender keeps what it showed and writes nothing.
         raise Failure("the render ended without an image")
+    images[passes.NOISY_IMAGE.name] = images["Combined"]
+    job.denoise = job.denoise and not stopped and _denoise(engine, job, images)
     written = passes.write(result, images)
     if "Combined" not in written:
         raise Failure("the picture does not fit the size that Blender asked for")
     engine.end_result(result)
     log.close(session, job.warnings)
     _finish(engine, session, progress, job)
+
+
+def _denoise(engine: SluiceRenderEngine, job: Job, images: dict[str, np.ndarray]) -> bool:
+    """Denoises Combined, and says whether it could."""
+    engine.update_stats("", "Denoising")
+    try:
+        images["Combined"] = denoising.denoise(images)
+    except denoising.Failed as failure:
+        job.warnings.append((denoising.ITEM, str(failure)))
+        _report_warnings(engine, job.warnings[-1:])
+        return False
+    return True
 
 
 def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
@@ -153,19 +172,22 @@ def _trust_size(frame: Description, result: bpy.types.RenderResult) -> None:
 
 def _finish(engine: SluiceRenderEngine, session: core.Session, progress: dict[str, Any], job: Job) -> None:
     """Says why the render stopped, and puts into the file's header what made it."""
-    told = render_progress.summary(progress, job.settings["error_target"])
+    told = render_progress.summary(progress, job.settings["error_target"], job.denoise)
+    if job.denoise:
+        engine.update_stats("", render_progress.line(progress, job.settings["error_target"], True))
     if not engine.is_preview:
         print(f"sluice: {told}", flush=True)
         print(session.statistics()["report"].rstrip("\n"), flush=True)
         print("render passes: " + ", ".join(f"{name} ({who})" for name, who in job.asked.items()), flush=True)
         edit_statistics.remember(session)
-        render_statistics.remember(session)
+        render_statistics.remember(session, job.denoise)
         if progress["stop_reason"] in {'time', 'error'}:
             engine.report({'INFO'}, f"Sluice: {told}")
     stamps = {
         "version": core.load().__version__, "seed": job.settings["seed"], "frame": job.settings["frame"],
         "passes": progress["pass"], "photons": progress["photons"], "stop": progress["stop_reason"],
         "film hash": session.film_hash(), "warnings": len(job.warnings) + len(session.warnings()), **render_progress.stamps(progress),
+        **({"denoised": f"by {denoising.PACKAGE}; error, noise and bias are those of the pass Noisy Image"} if job.denoise else {}),
         **{f"edit {name}": line for name, line in edit_statistics.stamps().items()},
     }
     result = engine.get_result()  # Blender loses the fields of a tile's result; the whole result keeps them.

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from . import core, registration
+from . import core, denoising, registration
 from .interface import Panel, column_of, sentence
 
 # --- render ----------------------------------------------------------------------------------------------------------------
@@ -35,6 +35,10 @@ class SLUICE_PT_sampling(_RenderPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.prop(settings, "seed")
         row.prop(settings, "use_animated_seed", text="", icon='TIME')
+        column.separator()
+        column.prop(settings, "use_preview_denoise")
+        if settings.use_preview_denoise and not denoising.is_there():
+            sentence(column, context.region, denoising.MISSING, 'ERROR')
 
 
 class SLUICE_PT_effects(_RenderPanel, bpy.types.Panel):

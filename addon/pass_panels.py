@@ -5,8 +5,8 @@ from typing import Any
 
 import bpy
 
-from . import passes, registration
-from .interface import Panel, column_of
+from . import compat, denoising, passes, registration
+from .interface import Panel, column_of, sentence
 
 _GROUPS = {"Data": ("Depth", "Normal", "Albedo"), "Light": ("Direct", "Caustics", "Edited", "Indirect", "Emission"),
            "Quality": ("Noise", "Bias")}
@@ -35,6 +35,21 @@ class SLUICE_PT_passes(Panel, bpy.types.Panel):
             column.separator()
         if links & {item.name for item in passes.fixed_passes()}:
             column.label(text="The compositor asks for it too", icon='LINKED')
+        _draw_denoising(column, context)
+
+
+def _draw_denoising(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draws what removes noise: the operator, and the switch where it can do something or is on."""
+    settings: Any = context.view_layer.sluice
+    region: Any = context.region
+    has_node = compat.has_denoise_node()
+    if settings.use_denoise or not has_node:
+        layout.column(heading="Denoising").prop(settings, "use_denoise")
+    is_missing = settings.use_denoise and not denoising.is_there()
+    if is_missing:
+        sentence(layout, region, denoising.MISSING, 'ERROR')
+    if has_node or is_missing or not settings.use_denoise:
+        layout.operator("sluice.set_up_denoising", icon='NODE_COMPOSITING')
 
 
 def _draw_combined(layout: bpy.types.UILayout, heading: str) -> None:

@@ -34,6 +34,8 @@ class Pass:
 
 
 COMBINED = Pass("Combined", "RGBA")
+NOISY_IMAGE = Pass("Noisy Image", "RGBA")  # Combined before it was denoised, under the name that Cycles gives it; no pass of the core
+GUIDES = ("Albedo", "Normal")  # what a denoiser wants to know beside Combined
 # The passes that have a switch among view_layer.sluice, by name, and what they show. The switch of Albedo is use_pass_albedo.
 SHOWS = {
     "Albedo": "The share of light that the surface sends back that is seen first, in each colour: its paint without any light",
@@ -47,7 +49,7 @@ SHOWS = {
     "below 0 too dark",
 }
 _BLENDERS_SWITCHES = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}  # on the view layer itself
-_BLENDERS_OWN = {"Image", "Alpha"}  # Sockets that the compositor has beside those of passes.
+_TAKEN = {"Image", "Alpha", NOISY_IMAGE.name}  # Sockets that the compositor has beside those of the core's passes.
 _LONGEST = 40  # A layer's name has at most so many bytes: a channel's name in a file has room for 64, with the view layer's name.
 
 
@@ -67,7 +69,7 @@ def clean_name(name: str, taken: Container[str] = ()) -> str:
     name = " ".join("".join(letter if letter.isprintable() and letter != "." else " " for letter in name).split())
     base = _cut(name, _LONGEST) or "Layer"
     unique, number = base, 1
-    of_passes = _BLENDERS_OWN | {item.name for item in fixed_passes()}
+    of_passes = _TAKEN | {item.name for item in fixed_passes()}
     while unique in of_passes or unique in taken:
         number += 1
         unique = f"{_cut(base, _LONGEST - 4)} {number}"
@@ -121,6 +123,8 @@ def asked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, layers: Itera
             found[item] = "switched on"
         elif item.name in links:
             found[item] = "linked in the compositor"
+    if view_layer.sluice.use_denoise:  # Also where it cannot be done: files of one scene shall have the same passes everywhere.
+        found[NOISY_IMAGE] = "for Denoise"
     return {**found, **{Pass(layer["name"], "RGB"): "a light layer" for layer in layers}}
 
 

@@ -143,6 +143,9 @@ class SluiceScene(bpy.types.PropertyGroup):
     use_adaptive_sampling: BoolProperty(
         name="Adaptive Sampling", description="More samples and lights asked where a pilot finds noise. The viewport goes without",
         default=True, override=OVERRIDABLE, update=_tag_owner)
+    use_preview_denoise: BoolProperty(
+        name="Denoise Viewport", description="Remove the noise of rendered mode from the fourth pass on, beside Blender, with the Python "
+        "package pyoidn (Open Image Denoise)", default=False, override=OVERRIDABLE, update=_tag_owner)
     max_depth: IntProperty(
         name="Max Depth", description="Longest path from light to eye, in interactions", default=12, min=1, soft_max=64, max=250,
         override=OVERRIDABLE, update=_tag_owner)
@@ -226,6 +229,10 @@ class SluiceViewLayer(_PassSwitches, bpy.types.PropertyGroup):
     layers: CollectionProperty(
         name="Light Layers", description="Render passes chosen by an expression", type=SluiceLayer,
         override={'LIBRARY_OVERRIDABLE', 'USE_INSERTION'})
+    use_denoise: BoolProperty(
+        name="Denoise", description="Remove the noise of a final render at its end, with the Python package pyoidn (Open Image Denoise); the pass "
+        "Noisy Image keeps the picture as it was rendered. Set Up Denoising uses the compositor instead where it can",
+        default=False, override=OVERRIDABLE, update=_pass_switched)
     active_layer: IntProperty(
         name="Active Light Layer", description="The light layer that the panel shows", default=0, min=0, max=62, override=OVERRIDABLE)
 

@@ -49,7 +49,7 @@ def about(number: float) -> str:
     return f"{round(float(f'{number:.2g}')):,}"
 
 
-def line(progress: Progress, target: float = 0) -> str:
+def line(progress: Progress, target: float = 0, denoised: bool = False) -> str:
     """The status line of a session that stops at an error of `target` percent (0: of any)."""
     if progress["state"] == 'compiling':
         return f"{progress['message'] or 'Building the scene'} | Time {duration(progress['seconds'])}"
@@ -57,7 +57,7 @@ def line(progress: Progress, target: float = 0) -> str:
         return f"Looking where the light goes, then the first of {progress['passes']} passes | Time {duration(progress['seconds'])}"
     parts = [f"Pass {progress['pass']}/{progress['passes']}", f"Photons {count(progress['photons'])}"]
     if _known(progress["error_estimate"]):
-        parts.append(f"Error {error(progress)}")
+        parts.append(f"{'Error before denoising' if denoised else 'Error'} {error(progress)}")
     parts.append(f"Time {duration(progress['seconds'])}")
     if _known(progress["seconds_left"]):
         parts.append(f"Left {duration(progress['seconds_left'])}")
@@ -65,6 +65,8 @@ def line(progress: Progress, target: float = 0) -> str:
         parts.append(_cost(progress, target))
     if progress["main_cause"]:
         parts.append(main_cause(progress["main_cause"]))
+    if denoised:
+        parts.append("Denoised")
     return " | ".join(parts)
 
 
@@ -100,17 +102,19 @@ def _cost(progress: Progress, target: float) -> str:
     return f"{target:.3g} % takes about {about(progress['passes_to_target'])} passes"
 
 
-def summary(progress: Progress, target: float = 0) -> str:
+def summary(progress: Progress, target: float = 0, denoised: bool = False) -> str:
     """One sentence at the end: what was done, why it stopped, how far from the target of `target` percent (0: there is none)."""
     parts = [f"{_STOPS.get(progress['stop_reason'], progress['stop_reason'])}: {progress['pass']} of {progress['passes']} passes",
              f"{count(progress['photons'])} photons", f"{progress['seconds']:.1f} s"]
     if _known(progress["error_estimate"]):
-        parts.append(f"error {error(progress)}")
+        parts.append(f"{'error before denoising' if denoised else 'error'} {error(progress)}")
     if progress["main_cause"]:
         parts.append(main_cause(progress["main_cause"]))
     is_open = target > 0 and _known(progress["error_estimate"]) and 100 * progress["error_estimate"] > target
     if is_open and _known(progress["passes_to_target"]) and progress["passes_to_target"] > progress["pass"]:
         parts.append(_cost(progress, target))
+    if denoised:
+        parts.append("denoised")
     return ", ".join(parts)
 
 

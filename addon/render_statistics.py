@@ -23,6 +23,7 @@ class Found:
     layers: Mapping[str, float] = field(default_factory=dict)  # the share of the picture that each light layer shows
     progress: Mapping[str, Any] = field(default_factory=dict)  # as a session tells it at its end; empty: there was no final render
     seconds: Mapping[str, float] = field(default_factory=dict)  # by what they were spent on
+    denoised: bool = False  # was its picture denoised after that?
     accuracy: Sequence[Mapping[str, Any]] = ()  # after each few passes: seconds, error, noise, bias, and those of parts and edits
 
 
@@ -37,12 +38,13 @@ def remember_effects(session: core.Session) -> None:
     _found = replace(_found, effects=tuple(told.get("effects", ())), layers={**_found.layers, **layers})
 
 
-def remember(session: core.Session) -> None:
-    """Keeps what ran and how the error fell, of a final render that is over."""
+def remember(session: core.Session, denoised: bool = False) -> None:
+    """Keeps what ran and how the error fell, of a final render that is over and whose picture may have been denoised then."""
     global _found
     remember_effects(session)
     told = session.statistics()
-    _found = replace(_found, progress=session.progress(), seconds=told.get("seconds", {}), accuracy=tuple(told.get("accuracy", ())))
+    _found = replace(_found, progress=session.progress(), seconds=told.get("seconds", {}), denoised=denoised,
+                     accuracy=tuple(told.get("accuracy", ())))
 
 
 def last() -> Found:

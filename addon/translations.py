@@ -38,6 +38,10 @@ FRENCH = {
     # what runs, and how accurate it is
     "What Will Be Simulated": "Ce qui sera simulé", "Effects": "Effets", "Effect": "Effet", "Accuracy": "Précision", "Share": "Part de l'erreur",
     "Blur": "Flou", "Show Curve": "Montrer la courbe", "What This Number Is": "Ce qu'est ce nombre",
+    "Make Report": "Faire un rapport",
+    # noise removed
+    "Set Up Denoising": "Mettre en place le débruitage", "Denoise": "Débruiter", "Denoise Viewport": "Débruiter la vue", "Denoising": "Débruitage",
+    "Noisy Image": "Image bruitée",
     # the render
     "Sampling": "Échantillonnage", "Passes": "Passes", "Photons": "Photons", "Seed": "Graine", "Animated Seed": "Graine animée",
     "Adaptive Sampling": "Échantillonnage adaptatif",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
-from . import changes, core, edit_statistics, export, final, render_progress, render_statistics
+from . import changes, core, denoising, edit_statistics, export, final, passes, preview_denoising, render_progress, render_statistics
 from .export.camera import export_view
 from .export.description import Description
 from .export.scene_names import Names
@@ -45,6 +45,7 @@ class View:
         self.session: core.Session | None = None
         self.stale = False  # The session renders what is no longer so.
         self.level = 0
+        self.cleaner: preview_denoising.Cleaner | None = None  # if the session's pictures are to be denoised
         self.told = False  # Have the session's figures been remembered?
         self.texture: Any = None
         self.shown_pass = 0
@@ -56,6 +57,14 @@ class View:
         if self.session is not None:
             core.retire(self.session)
             self.session = None
+        if self.cleaner is not None:
+            self.cleaner.stop()
+            self.cleaner = None
+
+    @property
+    def is_cleaning(self) -> bool:
+        """Is a picture being denoised that will be shown?"""
+        return self.cleaner is not None and self.cleaner.is_busy
 
 
 def update(engine: SluiceRenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
@@ -108,6 +117,8 @@ def _copy_edits(view: View, depsgraph: bpy.types.Depsgraph, names: Names) -> boo
 
 def _settings(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
     found = {**export_settings(depsgraph.scene_eval), "time_limit": 0.0, "use_adaptive_sampling": False, "render_passes": []}
+    if depsgraph.scene_eval.sluice.use_preview_denoise and denoising.is_there():
+        found["render_passes"] = list(passes.GUIDES)
     # With one seed for all frames, those in which nothing moves are one picture: it goes on.
     return found if found["use_animated_seed"] else {**found, "frame": 0}
 
@@ -149,6 +160,7 @@ def _start(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene, level
     view.level, view.shown_pass, view.stale, view.told = level, 0, False, False
     view.session = core.new_session()
     settings = _settings_of_level(view.settings, _LEVELS[level])
+    view.cleaner = preview_denoising.Cleaner() if settings["render_passes"] else None
     shot = {**{key: view.description[key] for key in ("edits", "max_gates")}, "camera": camera, "frame": frame}
     if view.base is None or not view.session.start_from(view.base, shot, settings):
         view.session.start({**view.description, **shot}, settings)
@@ -159,7 +171,7 @@ def _settings_of_level(settings: dict[str, Any], pixel: int) -> dict[str, Any]:
     if pixel not in _COARSE:
         return {**settings, "explain_edits": True}
     coarse = _COARSE[pixel]
-    return {**settings, **coarse, "passes": 1, "photons": min(settings["photons"], coarse["photons"])}
+    return {**settings, **coarse, "passes": 1, "render_passes": [], "photons": min(settings["photons"], coarse["photons"])}
 
 
 def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> None:
@@ -171,7 +183,8 @@ def _refresh(engine: SluiceRenderEngine, view: View, scene: bpy.types.Scene) -> 
     if finished and view.stale:
         _start(engine, view, scene, 0)
         is_new, finished = True, _take_image(view)
-    engine.update_stats("Sluice", render_progress.line(view.session.progress(), view.settings["error_target"]))
+    is_clean = view.cleaner is not None and view.cleaner.shows
+    engine.update_stats("Sluice", render_progress.line(view.session.progress(), view.settings["error_target"], is_clean))
     if finished and view.level > 0 and not view.told:  # The coarsest level misses light, so its figures say nothing.
         edit_statistics.remember(view.session)
         render_statistics.remember_effects(view.session)
@@ -195,14 +208,20 @@ def _take_image(view: View) -> bool:
     if progress["pass"] > view.shown_pass:
         images = view.session.snapshot(["Combined"])
         if images is not None:
-            view.texture = _make_texture(images["Combined"])
+            if view.cleaner is None or not view.cleaner.shows:
+                view.texture = _make_texture(images["Combined"])
             view.shown_pass = progress["pass"]
+    if view.cleaner is not None:
+        picture = view.cleaner.take()
+        if picture is not None:
+            view.texture = _make_texture(picture)
+        view.cleaner.offer(view.session, finished)
     return finished
 
 
 def _at_rest(view: View) -> bool:
     """Will nothing more come until something changes?"""
-    return view.told and not view.stale and view.level + 1 == len(_LEVELS)
+    return view.told and not view.stale and not view.is_cleaning and view.level + 1 == len(_LEVELS)
 
 
 def _watch(engine: SluiceRenderEngine, view: View) -> None:
@@ -222,8 +241,12 @@ def _look(engine_reference: weakref.ref[SluiceRenderEngine], view: View) -> floa
     has_news = view.session.progress()["pass"] > view.shown_pass
     since, pause = time.monotonic() - view.drawn, view.redraw / _DRAWING
     try:
+        if view.is_cleaning and finished and not has_news:
+            finished = False  # A last picture is to come.
+            if view.cleaner.is_ready:
+                engine.tag_redraw()
         # The last case is for the status line.
-        if finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):
+        elif finished or has_news and (is_first or since > pause) or is_first and since > max(_POLL, pause):
             engine.tag_redraw()
     except ReferenceError:  # Blender has freed its half of the engine.
         view.stop()

@@ -4,14 +4,14 @@ import bpy
 import pytest
 
 NAMES = {
-    "scene": {"passes": 'INT', "photons": 'INT', "seed": 'INT', "use_animated_seed": 'BOOLEAN', "use_adaptive_sampling": 'BOOLEAN', "max_depth": 'INT', "max_gates": 'INT',
+    "scene": {"passes": 'INT', "photons": 'INT', "seed": 'INT', "use_animated_seed": 'BOOLEAN', "use_adaptive_sampling": 'BOOLEAN', "use_preview_denoise": 'BOOLEAN', "max_depth": 'INT', "max_gates": 'INT',
               "specular_threshold": 'FLOAT', "time_limit": 'FLOAT', "error_target": 'FLOAT', "use_direct": 'BOOLEAN',
               "use_caustics": 'BOOLEAN', "use_edited": 'BOOLEAN', "use_indirect": 'BOOLEAN', "use_edits": 'BOOLEAN',
               "solo": 'POINTER'},
     "object": {"role": 'ENUM', "order": 'INT', "offset": 'FLOAT', "expression": 'STRING', "enabled": 'BOOLEAN', "repeat": 'BOOLEAN',
                "amount": 'FLOAT', "feather": 'FLOAT', "entry": 'POINTER', "intensity": 'FLOAT', "hue_shift": 'FLOAT', "tint": 'FLOAT',
                "keep_brightness": 'BOOLEAN', "intensity_texture": 'POINTER', "hue_shift_texture": 'POINTER', "normal_map": 'POINTER'},
-    "view_layer": {"layers": 'COLLECTION', "active_layer": 'INT',
+    "view_layer": {"layers": 'COLLECTION', "active_layer": 'INT', "use_denoise": 'BOOLEAN',
                    **{f"use_pass_{name}": 'BOOLEAN' for name in ("albedo", "direct", "caustics", "edited", "indirect", "emission", "noise", "bias")}},
 }
 

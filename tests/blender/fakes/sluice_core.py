@@ -9,7 +9,7 @@ import numpy as np
 
 __version__ = "0.1.0"
 # Of each kind some; they need not be all that the core has.
-passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"),
+passes = (("Combined", "RGBA"), ("Depth", "Z"), ("Normal", "XYZ"), ("Albedo", "RGB"), ("Direct", "RGB"), ("Emission", "RGB"), ("Noise", "X"),
           ("Bias", "X"))
 last_description = None  # what the last session was given, for tests
 last_settings = None
