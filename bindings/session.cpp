@@ -76,8 +76,9 @@ py::dict accuracy_of(const Accuracy& now, const std::vector<std::string>& edit_n
                           py::arg("noise") = std::sqrt(part.noise), py::arg("bias") = std::sqrt(part.bias)));
   }
   for (std::size_t e = 0; e < now.shares.edits.size() && e < edit_names.size(); ++e)
-    edits.append(
-        py::dict(py::arg("name") = edit_names[e], py::arg("noise") = std::sqrt(now.shares.edits[e])));
+    edits.append(py::dict(py::arg("name") = edit_names[e],
+                          py::arg("noise") = std::sqrt(now.shares.edits[e].noise),
+                          py::arg("bias") = std::sqrt(now.shares.edits[e].bias)));
   d["parts"] = parts, d["edits"] = edits;
   return d;
 }

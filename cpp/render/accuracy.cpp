@@ -21,7 +21,7 @@ Accuracy measure_accuracy(const Film& film, const Probes& probes) {
   const double scale = now.shares.picture.noise > 0 ? square(now.noise) / now.shares.picture.noise : 0;
   now.shares.picture.noise *= scale;
   for (ErrorSquares& part : now.shares.parts) part.noise *= scale;
-  for (double& edit : now.shares.edits) edit *= scale;
+  for (ErrorSquares& edit : now.shares.edits) edit.noise *= scale;
   return now;
 }
 
@@ -49,7 +49,7 @@ std::optional<MainCause> main_cause(const Accuracy& now, const std::vector<std::
   const auto most = std::ranges::max_element(now.shares.parts, {}, &ErrorSquares::total);
   MainCause cause{name_of(static_cast<Part>(most - now.shares.parts.begin())), most->total() / sum};
   for (std::size_t e = 0; e < now.shares.edits.size() && e < edit_names.size(); ++e)
-    if (now.shares.edits[e] > 0.8 * most->noise && now.shares.edits[e] > 0)
+    if (now.shares.edits[e].total() > 0.8 * most->total())
       return MainCause{cause.name + " of " + edit_names[e], cause.share};
   return cause;
 }

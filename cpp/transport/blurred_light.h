@@ -20,11 +20,21 @@ struct BlurredLight {
     radiance += o.radiance, bias += o.bias;
     return *this;
   }
+  // What is left of it after factors by colour.
+  [[nodiscard]] BlurredLight changed_to(const Color& changed) const noexcept {
+    return {changed, bias_of(changed)};
+  }
   // The same share of it after factors by colour: what is lost of the light is lost of the bias.
   [[nodiscard]] float bias_of(const Color& changed) const noexcept {
     const float before = luminance(radiance);
     return before > 0 ? bias * (luminance(changed) / before) : 0;
   }
+};
+
+// What an edit took of it.
+struct TakenLight {
+  float luminance = 0, bias = 0;
+  void operator+=(const TakenLight& o) noexcept { luminance += o.luminance, bias += o.bias; }
 };
 
 }  // namespace sluice

@@ -37,7 +37,8 @@ Probes::Probes(const FrameDescription& frame, int edits)
       edit_count_(static_cast<std::size_t>(edits)),
       edits_(probes_.size() * stream_count * edit_count_) {}
 
-void Probes::add(int probe, int pass, const PixelSample& sample, std::span<const float> of_edits) noexcept {
+void Probes::add(int probe, int pass, const PixelSample& sample,
+                 std::span<const TakenLight> of_edits) noexcept {
   const auto at = static_cast<std::size_t>(probe), stream = static_cast<std::size_t>(pass % stream_count);
   Stream& sums = probes_[at][stream];
   for (std::size_t part = 0; part < part_count; ++part) {
@@ -45,7 +46,7 @@ void Probes::add(int probe, int pass, const PixelSample& sample, std::span<const
     sums.bias[part] += sample.bias[part];
   }
   ++sums.passes;
-  float* edits = edits_.data() + (at * stream_count + stream) * edit_count_;
+  TakenLight* edits = edits_.data() + (at * stream_count + stream) * edit_count_;
   for (std::size_t e = 0; e < of_edits.size(); ++e) edits[e] += of_edits[e];
 }
 
@@ -82,11 +83,18 @@ Streams<V3d> Probes::pixel_of(const Probe& probe) noexcept {
   return pixel;
 }
 
-double Probes::edit_noise(std::size_t probe, std::size_t edit, const Surroundings& place) const noexcept {
+ErrorSquares Probes::measure_edit(std::size_t probe, std::size_t edit,
+                                  const Surroundings& place) const noexcept {
   Streams<V3d> light;
-  for (std::size_t s = 0; s < stream_count; ++s)
-    light[s] = V3d(edits_[(probe * stream_count + s) * edit_count_ + edit] / probes_[probe][s].passes);
-  return relative_noise(light, pixel_of(probes_[probe]), place);
+  Streams<double> bias;
+  for (std::size_t s = 0; s < stream_count; ++s) {
+    const TakenLight& taken = edits_[(probe * stream_count + s) * edit_count_ + edit];
+    const int passes = probes_[probe][s].passes;
+    light[s] = V3d(taken.luminance / static_cast<double>(passes));
+    bias[s] = taken.bias / static_cast<double>(passes);
+  }
+  const Streams<V3d> pixel = pixel_of(probes_[probe]);
+  return {relative_noise(light, pixel, place), relative_bias(bias, pixel, place)};
 }
 
 ErrorShares Probes::shares(const Film& film) const {
@@ -113,11 +121,12 @@ ErrorShares Probes::shares(const Film& film) const {
   for (const auto& [error, i] : order) {
     add(shares.picture, all[i].picture);
     for (std::size_t part = 0; part < part_count; ++part) add(shares.parts[part], all[i].parts[part]);
-    for (std::size_t e = 0; e < edit_count_; ++e) shares.edits[e] += edit_noise(i, e, places[i]) / count;
+    for (std::size_t e = 0; e < edit_count_; ++e) add(shares.edits[e], measure_edit(i, e, places[i]));
   }
   // A square whose estimate came out below 0 is too small to be told from it.
   shares.picture.bias = std::max(0.0, shares.picture.bias);
   for (ErrorSquares& part : shares.parts) part.bias = std::max(0.0, part.bias);
+  for (ErrorSquares& edit : shares.edits) edit.bias = std::max(0.0, edit.bias);
   return shares;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "scene/description.h"
+#include "transport/blurred_light.h"
 #include "transport/film.h"
 
 namespace sluice {
@@ -40,7 +41,7 @@ struct ErrorSquares {
 struct ErrorShares {
   ErrorSquares picture;
   std::array<ErrorSquares, part_count> parts;
-  std::vector<double> edits;  // noise alone, of the light that each took on its way
+  std::vector<ErrorSquares> edits;  // of the light that each took on its way
 };
 
 class Probes {
@@ -48,13 +49,13 @@ class Probes {
   Probes(const FrameDescription& frame, int edits);
 
   [[nodiscard]] const ProbeGrid& grid() const noexcept { return grid_; }
-  // Adds one pass's mean of a probe's pixel; `of_edits`: luminance that each edit took.
-  void add(int probe, int pass, const PixelSample& sample, std::span<const float> of_edits) noexcept;
+  // Adds one pass's mean of a probe's pixel; `of_edits`: what each edit took of it.
+  void add(int probe, int pass, const PixelSample& sample, std::span<const TakenLight> of_edits) noexcept;
   // Of the picture in the film, which has had the same passes. Black pictures and fewer passes than streams
   // tell nothing: all is 0.
   [[nodiscard]] ErrorShares shares(const Film& film) const;
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return probes_.size() * sizeof(Probe) + edits_.size() * sizeof(float);
+    return probes_.size() * sizeof(Probe) + edits_.size() * sizeof(TakenLight);
   }
 
  private:
@@ -68,13 +69,13 @@ class Probes {
   struct Measured;
   [[nodiscard]] Measured measure(const Probe& probe, const Surroundings& place) const noexcept;
   [[nodiscard]] static Streams<V3d> pixel_of(const Probe& probe) noexcept;
-  [[nodiscard]] double edit_noise(std::size_t probe, std::size_t edit,
-                                  const Surroundings& place) const noexcept;
+  [[nodiscard]] ErrorSquares measure_edit(std::size_t probe, std::size_t edit,
+                                          const Surroundings& place) const noexcept;
 
   ProbeGrid grid_;
   std::vector<Probe> probes_;
   std::size_t edit_count_;
-  std::vector<float> edits_;  // by probe, then stream, then edit
+  std::vector<TakenLight> edits_;  // by probe, then stream, then edit
 };
 
 }  // namespace sluice

@@ -116,7 +116,7 @@ struct Picture {
       const Film::Box box = film.box(t);
       for (int y = box.y0; y < box.y1; ++y)
         for (int x = box.x0; x < box.x1; ++x) {
-          float taken = 0;
+          TakenLight taken;
           const int pixel = y * film.width() + x;
           tiles[static_cast<std::size_t>(t)].push_back(sample_of(pixel, taken));
           probes.add(pixel, pass, tiles[static_cast<std::size_t>(t)].back(), {&taken, edits_});
@@ -139,7 +139,7 @@ TEST(Probes, TellNoiseFromBiasAndPartsFromEachOther) {
   test::Random random(8);
   const auto noise = [&random] { return deviation * std::sqrt(3.0) * random.real(-1, 1); };
   for (int pass = 0; pass < passes; ++pass)
-    picture.add(pass, [&](int pixel, float& taken) {
+    picture.add(pass, [&](int pixel, TakenLight& taken) {
       PixelSample sample;
       const auto direct = static_cast<float>(0.5 + noise());
       sample.parts[static_cast<std::size_t>(Part::Direct)] = Color(direct);
@@ -147,7 +147,7 @@ TEST(Probes, TellNoiseFromBiasAndPartsFromEachOther) {
       // above in one half of the picture, below in the other: the mean knows nothing of it
       const double sign = pixel % 2 ? 1 : -1;
       sample.bias[static_cast<std::size_t>(Part::Caustics)] = static_cast<float>(sign * bias + 0.3 * noise());
-      taken = direct / 2;
+      taken = {direct / 2, sample.bias[static_cast<std::size_t>(Part::Caustics)] / 2};
       return sample;
     });
   const ErrorShares shares = picture.probes.shares(picture.film);
@@ -157,7 +157,8 @@ TEST(Probes, TellNoiseFromBiasAndPartsFromEachOther) {
   const double slack = 4 * std::sqrt(2.0 / 3) / side, relative = 2 * deviation / std::sqrt(passes / 2.0);
   EXPECT_NEAR(shares.picture.noise / expected, 1, slack + relative);
   EXPECT_NEAR(shares.parts[static_cast<std::size_t>(Part::Direct)].noise / shares.picture.noise, 1, 1e-6);
-  EXPECT_NEAR(shares.edits[0] / shares.picture.noise, 0.25, 0.01);
+  EXPECT_NEAR(shares.edits[0].noise / shares.picture.noise, 0.25, 0.01);
+  EXPECT_NEAR(shares.edits[0].bias / shares.picture.bias, 0.25, 0.01);
   EXPECT_EQ(shares.parts[static_cast<std::size_t>(Part::Caustics)].noise, 0);
   const double bias2 = square(bias) / dark, noise_of_bias2 = 0.09 * expected;
   const double bias_slack =
@@ -175,7 +176,7 @@ TEST(Probes, AreNotRelativeToWhatHasGoneWrong) {
   Picture picture(side);
   test::Random random(10);
   for (int pass = 0; pass < passes; ++pass)
-    picture.add(pass, [&](int, float&) {
+    picture.add(pass, [&](int, TakenLight&) {
       PixelSample sample;
       sample.parts[0] = Color(random.unit() < 0.05f ? 20.0f : 0.0f);
       return sample;
@@ -195,7 +196,7 @@ TEST(Probes, TheWorstOfAThousandPixelsDoNotCount) {
     std::vector<float> light(side * side);
     for (float& l : light) l = static_cast<float>(random.real(0.9, 1.1));
     const auto sample = [&](bool sparks) {
-      return [&light, sparks, pass](int pixel, float&) {
+      return [&light, sparks, pass](int pixel, TakenLight&) {
         PixelSample s;
         const bool is_spark = sparks && pass == 3 && pixel % 1250 == 617;
         s.parts[0] = Color(is_spark ? 300.0f : light[static_cast<std::size_t>(pixel)]);
@@ -212,7 +213,7 @@ TEST(Probes, TheWorstOfAThousandPixelsDoNotCount) {
 
 TEST(Probes, AreSilentBeforeAllStreamsHaveAPass) {
   Picture picture(4);
-  const auto white = [](int, float&) {
+  const auto white = [](int, TakenLight&) {
     PixelSample sample;
     sample.parts[0] = Color(1);
     return sample;

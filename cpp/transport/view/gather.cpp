@@ -17,8 +17,8 @@ struct ByArrival {
   void add_to_sum(Arrival arrival, const BlurredLight& light) noexcept {
     (is_edited(arrival) ? edited : caustics) += light;
   }
-  void credit(const Color& radiance, StateId q) const noexcept {
-    sums.credit(sample, q, radiance * path.weight);
+  void credit(const BlurredLight& light, StateId q) const noexcept {
+    sums.credit(sample, q, light.changed_to(light.radiance * path.weight));
   }
   void add(Arrival arrival, const BlurredLight& light, const JoinResult& joined) const noexcept {
     sums.add(is_edited(arrival) ? Part::Edited : Part::Caustics, sample, path, light, joined);

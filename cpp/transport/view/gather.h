@@ -84,7 +84,7 @@ struct ThroughLobe {
   BlurredLight sum = {};
 
   void add_to_sum(Arrival, const BlurredLight& light) noexcept { sum += light; }
-  void credit(const Color& radiance, StateId q) const { sink.credit(lobe, radiance, q); }
+  void credit(const BlurredLight& light, StateId q) const { sink.credit(lobe, light, q); }
   void add(Arrival, const BlurredLight& light, const JoinResult& joined) const {
     sink.add(lobe, light, joined);
   }
@@ -118,7 +118,7 @@ void Gather::add_photons(const PhotonMap& map, const Reach& reach, const PhotonR
     counts.photons_gathered += !is_summed;
     if (sums && !is_summed) {
       out.add_to_sum(photon.arrival, light);
-      out.credit(radiance, joined.q);
+      out.credit(light, joined.q);
     }
     // what is left of the images goes on photon by photon
     const ImageSet left = sums ? joined.images & ~picture : joined.images;

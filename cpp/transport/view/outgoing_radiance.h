@@ -16,7 +16,7 @@ struct OutgoingRadiance {
   float bias = 0;  // of the picture's (BlurredLight)
   std::vector<Color> layers;
   // the picture's, by edits that took it on its way: for their statistics
-  std::vector<std::pair<std::uint32_t, Color>> taken;
+  std::vector<std::pair<std::uint32_t, BlurredLight>> taken;
 
   void clear(std::size_t layer_count) {
     picture = Color(0), bias = 0;
@@ -28,12 +28,12 @@ struct OutgoingRadiance {
     for (ImageSet left = images >> 1; left; left &= left - 1)
       layers[static_cast<std::size_t>(std::countr_zero(left))] += light.radiance;
   }
-  void credit(std::uint32_t edit, const Color& radiance) {
-    const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, Color>::first);
+  void credit(std::uint32_t edit, const BlurredLight& light) {
+    const auto at = std::ranges::find(taken, edit, &std::pair<std::uint32_t, BlurredLight>::first);
     if (at == taken.end())
-      taken.emplace_back(edit, radiance);
+      taken.emplace_back(edit, light);
     else
-      at->second += radiance;
+      at->second += light;
   }
 };
 

@@ -16,7 +16,7 @@ void SampleSums::start(Sample& sample) {
   Sums& sums = sums_[sample.index];
   sums.sample = {}, sums.light_variance = V3d(0);
   sums.layers.assign(scene_.edits().layers().size(), Color(0));
-  if (sample.asked.is_probed) sums.edits.assign(static_cast<std::size_t>(scene_.edits().size()), 0);
+  if (sample.asked.is_probed) sums.edits.assign(static_cast<std::size_t>(scene_.edits().size()), {});
   sample.is_recorded = sample.asked.seeks == Seeks::Emission;  // other samples tell
   hue_gates.clear();
 }
@@ -57,8 +57,9 @@ void SampleSums::add(Part part, const Sample& sample, const ViewPath& path, cons
   Sums& sums = sums_[sample.index];
   if (joined.images & picture) {
     add_up(sums.sample.parts[static_cast<std::size_t>(part)], radiance);
-    sums.sample.bias[static_cast<std::size_t>(part)] += light.bias_of(radiance);
-    credit(sample, joined.q, radiance);
+    const BlurredLight at_eye = light.changed_to(radiance);
+    sums.sample.bias[static_cast<std::size_t>(part)] += at_eye.bias;
+    credit(sample, joined.q, at_eye);
   }
   for (ImageSet layers = joined.images >> 1; layers; layers &= layers - 1)
     add_up(sums.layers[static_cast<std::size_t>(std::countr_zero(layers))], radiance);
@@ -73,29 +74,30 @@ void SampleSums::add(Part part, std::size_t sample, const OutgoingRadiance& ligh
   sums.sample.bias[static_cast<std::size_t>(part)] +=
       BlurredLight(light.picture, light.bias).bias_of(radiance);
   for (std::size_t l = 0; l < sums.layers.size(); ++l) add_up(sums.layers[l], light.layers[l] * factor);
-  for (const auto& [edit, share] : light.taken) credit(sample, edit, luminance(share * factor));
+  for (const auto& [edit, share] : light.taken)
+    credit(sample, edit, share.changed_to(share.radiance * factor));
 }
 
-void SampleSums::credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept {
-  if (!is_finite(radiance)) return;
-  for (const std::uint32_t edit : selection_.acted_edits(q)) credit(sample.index, edit, luminance(radiance));
+void SampleSums::credit_takers(const Sample& sample, StateId q, const BlurredLight& light) noexcept {
+  if (!is_finite(light.radiance)) return;
+  for (const std::uint32_t edit : selection_.acted_edits(q)) credit(sample.index, edit, light);
 }
 
-void SampleSums::credit(std::size_t sample, std::size_t edit, float luminance) noexcept {
-  const float shown = luminance * bundle_[sample].share;
+void SampleSums::credit(std::size_t sample, std::size_t edit, const BlurredLight& light) noexcept {
+  const float share = bundle_[sample].share, shown = luminance(light.radiance) * share;
   counts.of_edit(static_cast<int>(edit)).shown += shown;
-  if (bundle_[sample].is_probed) sums_[sample].edits[edit] += shown;
+  if (bundle_[sample].is_probed) sums_[sample].edits[edit] += {shown, light.bias * share};
 }
 
 void SampleSums::add(OutgoingRadiance& to, const BlurredLight& light, const JoinResult& joined) {
   if (!is_finite(light.radiance)) return void(++counts.non_finite);
   to.add(light, joined.images);
-  if (joined.images & picture) credit(to, light.radiance, joined.q);
+  if (joined.images & picture) credit(to, light, joined.q);
 }
 
-void SampleSums::credit(OutgoingRadiance& to, const Color& radiance, StateId q) const {
-  if (!selection_.has_acted_edits(q) || !is_finite(radiance)) return;
-  for (const std::uint32_t edit : selection_.acted_edits(q)) to.credit(edit, radiance);
+void SampleSums::credit(OutgoingRadiance& to, const BlurredLight& light, StateId q) const {
+  if (!selection_.has_acted_edits(q) || !is_finite(light.radiance)) return;
+  for (const std::uint32_t edit : selection_.acted_edits(q)) to.credit(edit, light);
 }
 
 void SampleSums::count_lost(const JoinResult& joined) noexcept {

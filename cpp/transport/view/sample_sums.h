@@ -30,8 +30,10 @@ class SampleSums {
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept {
     return sums_[index].layers;
   }
-  // Luminance that each edit took on its way, of a sample with ViewSample::is_probed.
-  [[nodiscard]] std::span<const float> edits(std::size_t index) const noexcept { return sums_[index].edits; }
+  // What each edit took on its way, of a sample with ViewSample::is_probed.
+  [[nodiscard]] std::span<const TakenLight> edits(std::size_t index) const noexcept {
+    return sums_[index].edits;
+  }
   // Of the mean direct light of a sample with ViewSample::measures_lights, from two light samples at each v.
   [[nodiscard]] V3d& light_variance(std::size_t index) noexcept { return sums_[index].light_variance; }
   [[nodiscard]] const V3d& light_variance(std::size_t index) const noexcept {
@@ -53,12 +55,12 @@ class SampleSums {
   // path, all the way to the eye.
   void add(Part part, std::size_t sample, const OutgoingRadiance& light, const Color& factor) noexcept;
   // Radiance at the eye, added elsewhere, counts for the edits that took it.
-  void credit(const Sample& sample, StateId q, const Color& radiance) noexcept {
-    if (selection_.has_acted_edits(q)) credit_takers(sample, q, radiance);
+  void credit(const Sample& sample, StateId q, const BlurredLight& light) noexcept {
+    if (selection_.has_acted_edits(q)) credit_takers(sample, q, light);
   }
   // Both for radiance that leaves such a point.
   void add(OutgoingRadiance& to, const BlurredLight& light, const JoinResult& joined);
-  void credit(OutgoingRadiance& to, const Color& radiance, StateId q) const;
+  void credit(OutgoingRadiance& to, const BlurredLight& light, StateId q) const;
 
   // Counts what a cap or an entry kept from the eye.
   const JoinResult& counted(const JoinResult& joined) noexcept {
@@ -74,13 +76,13 @@ class SampleSums {
   struct Sums {
     PixelSample sample;
     std::vector<Color> layers;
-    std::vector<float> edits;
+    std::vector<TakenLight> edits;
     V3d light_variance;
   };
   void add_up(Color& sum, const Color& radiance) noexcept;
-  void credit(std::size_t sample, std::size_t edit, float luminance) noexcept;
+  void credit(std::size_t sample, std::size_t edit, const BlurredLight& light) noexcept;
   void count_lost(const JoinResult& joined) noexcept;
-  void credit_takers(const Sample& sample, StateId q, const Color& radiance) noexcept;
+  void credit_takers(const Sample& sample, StateId q, const BlurredLight& light) noexcept;
 
   const Scene& scene_;
   const TransportSettings& settings_;

@@ -16,12 +16,11 @@ struct ToEye {
 
   // Radiance that leaves y goes on through a lobe of v.
   void add(const LobeThroughput& lobe, const BlurredLight& light, const JoinResult& joined) const noexcept {
-    const Color radiance = light.radiance * lobe.weight;
-    sums.add(Part::Indirect, sample, path, {radiance, light.bias_of(radiance)}, joined);
+    sums.add(Part::Indirect, sample, path, light.changed_to(light.radiance * lobe.weight), joined);
   }
   // Radiance added in a sum counts for the edits that took it.
-  void credit(const LobeThroughput& lobe, const Color& radiance, StateId q) const noexcept {
-    sums.credit(sample, q, radiance * lobe.weight * path.weight);
+  void credit(const LobeThroughput& lobe, const BlurredLight& light, StateId q) const noexcept {
+    sums.credit(sample, q, light.changed_to(light.radiance * lobe.weight * path.weight));
   }
   // Light in state q arrives at y.
   void note_state(StateId) const noexcept {}
@@ -37,8 +36,8 @@ struct ToGatherPoint {
   void add(const LobeThroughput& lobe, const BlurredLight& light, const JoinResult& joined) const {
     sums.add(point.light[point.index_of(lobe)], light, joined);
   }
-  void credit(const LobeThroughput& lobe, const Color& radiance, StateId q) const {
-    sums.credit(point.light[point.index_of(lobe)], radiance, q);
+  void credit(const LobeThroughput& lobe, const BlurredLight& light, StateId q) const {
+    sums.credit(point.light[point.index_of(lobe)], light, q);
   }
   void note_state(StateId q) const { occlusion.note_state(q); }
   // Others than the finder may see y where its own lobe is black.

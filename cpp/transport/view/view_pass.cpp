@@ -174,7 +174,7 @@ void TileSamples::add(std::size_t pixel, const PixelSample& sample, std::span<co
   for (std::size_t l = 0; l < of_layers.size(); ++l) layers[pixel * of_layers.size() + l] += of_layers[l];
 }
 
-void TileSamples::add_probed(int probe, std::size_t pixel, std::span<const float> of_edits) {
+void TileSamples::add_probed(int probe, std::size_t pixel, std::span<const TakenLight> of_edits) {
   if (place_of[pixel] < 0) {
     place_of[pixel] = static_cast<int>(probed.size());
     probed.push_back({probe, pixel}), edits.insert(edits.end(), of_edits.begin(), of_edits.end());

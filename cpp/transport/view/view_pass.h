@@ -19,16 +19,16 @@ namespace sluice {
 struct TileSamples {
   std::vector<PixelSample> samples;
   std::vector<Color> layers;  // one after the other for each pixel
-  // Pixels that are probes, with the luminance that each edit took of theirs.
+  // Pixels that are probes, with what each edit took of theirs.
   struct Probed {
     int probe;
     std::size_t pixel;
   };
   std::vector<Probed> probed;
-  std::vector<int> place_of;  // by pixel: in `probed`, < 0: it is not there
-  std::vector<float> edits;   // one after the other for each of these
+  std::vector<int> place_of;      // by pixel: in `probed`, < 0: it is not there
+  std::vector<TakenLight> edits;  // one after the other for each of these
   void add(std::size_t pixel, const PixelSample& sample, std::span<const Color> of_layers);
-  void add_probed(int probe, std::size_t pixel, std::span<const float> of_edits);
+  void add_probed(int probe, std::size_t pixel, std::span<const TakenLight> of_edits);
   void scale(std::size_t pixel, float factor);
 };
 

@@ -43,7 +43,9 @@ class alignas(64) ViewTracer {  // threads write to theirs: no cache line is sha
   void trace(std::span<const ViewSample> bundle);
 
   // Of the last bundle.
-  [[nodiscard]] std::span<const float> edits(std::size_t index) const noexcept { return sums_.edits(index); }
+  [[nodiscard]] std::span<const TakenLight> edits(std::size_t index) const noexcept {
+    return sums_.edits(index);
+  }
   [[nodiscard]] const PixelSample& sample(std::size_t index) const noexcept { return sums_.sample(index); }
   [[nodiscard]] std::span<const Color> layers(std::size_t index) const noexcept {
     return sums_.layers(index);
