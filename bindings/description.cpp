@@ -372,6 +372,7 @@ RenderSettings read_settings(const py::dict& settings) {
   r.value("caustic_radius_range", t.caustic_radius_range);
   r.value("soft_range", t.soft_range);
   r.value("use_adaptive_sampling", t.use_adaptive_sampling);
+  r.value("use_guide", t.use_guide);
   r.value("threads", s.threads);
   r.value("frame", s.frame);
   r.value("keep_at", s.keep_at);

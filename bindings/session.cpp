@@ -200,6 +200,15 @@ void define_session(py::module_& m) {
            })
       .def("snapshot", &snapshot_of, py::arg("names"))
       .def("statistics", &statistics_of)
+      .def(
+          "sample_counts",
+          [](const Session& s) -> py::object {
+            const std::optional<Session::Picture> p = s.sample_counts();
+            if (!p) return py::none();
+            return py::array_t<float>({p->height, p->width, p->channels}, p->pixels.data());
+          },
+          "What each pixel takes in a pass: view samples, those of emission alone, lights asked, gather "
+          "segments; None before that is known.")
       .def("kept", &kept_of, "The pictures that the setting keep_at asks for, each with its accuracy.")
       .def(
           "film_hash", [](const Session& s) { return hex(s.film_hash()); },

@@ -155,7 +155,21 @@ def maps(report: dict, folder: Path) -> str:
         found["Against the reference"] = np.sqrt(measures.box_mean(squares, 1))
     high = max(float(np.percentile(list(found.values()), 99)), 1e-6)
     drawn = [image(plots.heat_map(title, values, high), title) for title, values in found.items()]
-    return "<h2>Where the error is</h2><div class=side><div>" + "</div><div>".join(drawn) + "</div></div>"
+    return "<h2>Where the error is</h2>" + _side_by_side(drawn) + placement(folder)
+
+
+def _side_by_side(drawn: list[str]) -> str:
+    return "<div class=side><div>" + "</div><div>".join(drawn) + "</div></div>"
+
+
+def placement(folder: Path) -> str:
+    """Where adaptive sampling spends its work, pixel by pixel of one pass."""
+    counts = np.load(folder / "samples.npy")
+    samples, emission, lights, segments = (counts[..., i] for i in range(4))
+    found = {"View samples of a pass": samples, "Samples of lamps' edges alone": emission,
+             "Lights asked in a pass": samples * lights, "Gather segments of a pass": samples * segments}  # fmt: skip
+    drawn = [image(plots.heat_map(title, values / 100, max(float(values.max()), 1) / 100, "of a pixel"), title) for title, values in found.items()]
+    return "<h2>Where view samples go</h2>" + _side_by_side(drawn)
 
 
 def settings(report: dict) -> str:

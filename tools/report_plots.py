@@ -108,13 +108,13 @@ def compared_curves(curves: dict[str, list[dict]]) -> str:
     return _page(figure)
 
 
-def heat_map(title: str, values: np.ndarray, high: float) -> str:
-    """Errors per pixel as colours with a scale, in percent; white from `high` on."""
+def heat_map(title: str, values: np.ndarray, high: float, unit: str = "error (%)") -> str:
+    """Errors per pixel (or what else has that unit, in hundredths) as colours with a scale; white from `high` on."""
     shape = values.shape
     figure, axes = plt.subplots(figsize=(7.2, max(2.0, min(7.0, 6.0 * shape[0] / shape[1] + 0.8))), dpi=110)
     drawn = axes.imshow(100 * values[::-1], cmap="magma", vmin=0, vmax=100 * high, interpolation="nearest")
     axes.set(title=title, xticks=[], yticks=[])
-    figure.colorbar(drawn, ax=axes, label="error (%)", fraction=0.046 * min(1.0, shape[0] / shape[1]) * 1.2, extend="max")
+    figure.colorbar(drawn, ax=axes, label=unit, fraction=0.046 * min(1.0, shape[0] / shape[1]) * 1.2, extend="max")
     return _page(figure)
 
 

@@ -102,6 +102,7 @@ class Recorder:
         for kept in session.kept():
             np.save(self.folder / f"kept_{kept['pass']}.npy", kept.pop("image")[..., :3])
             self.runs[-1].setdefault("kept", []).append(kept)
+        np.save(self.folder / "samples.npy", session.sample_counts())
         for name in ("Noise", "Bias"):
             np.save(self.folder / f"{name.lower()}.npy", images[name][..., 0] if images[name].ndim == 3 else images[name])
 

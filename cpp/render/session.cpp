@@ -183,6 +183,10 @@ void Session::render_scene(const Scene& scene) {
 void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonSet& photons, ThreadPool& pool,
                            double photon_seconds) {
   if (first.settings.use_adaptive_sampling) guide.samples = place_samples(first, photons, pool, cancel_);
+  {
+    const std::lock_guard lock(film_lock_);
+    sample_map_ = guide.samples;
+  }
   std::vector<UnmetShare> unmet = unmet_of(first.scene, guide);
   const std::lock_guard lock(lock_);
   for (std::size_t i = 0; i < std::min<std::size_t>(unmet.size(), 3); ++i)
@@ -191,6 +195,21 @@ void Session::finish_guide(Guide& guide, const PassContext& first, const PhotonS
   statistics_.seconds_of(Phase::Guide) = seconds_since(begin_) - photon_seconds;
   statistics_.guide_hash = guide.hash();
   statistics_.radius = {guide.radius, guide.caustic_radius};
+}
+
+std::optional<Session::Picture> Session::sample_counts() const {
+  const std::lock_guard lock(film_lock_);
+  if (!sample_map_) return {};
+  Picture counts{film_->width(), film_->height(), 4, {}};
+  const FrameDescription& frame = scene_->frame();
+  for (int y = frame.y0; y < frame.y1; ++y)
+    for (int x = frame.x0; x < frame.x1; ++x) {
+      const SampleCount at = sample_map_->at(x, y);
+      counts.pixels.insert(counts.pixels.end(),
+                           {static_cast<float>(at.samples), static_cast<float>(at.emission_samples),
+                            static_cast<float>(at.light_samples), at.mean_segments()});
+    }
+  return counts;
 }
 
 void Session::explain_edits(const Scene& scene, const Effects& effects) {

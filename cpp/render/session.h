@@ -62,6 +62,9 @@ class Session {
     Picture picture;  // Combined
   };
   [[nodiscard]] std::vector<Kept> kept() const;
+  // What each pixel takes in a pass: view samples, those of emission alone, lights asked at each v, gather
+  // segments (mean). Empty before the first pass has traced its photons.
+  [[nodiscard]] std::optional<Picture> sample_counts() const;
 
  private:
   using MakeScene = std::function<std::unique_ptr<const Scene>(Warnings&)>;  // compiles or recompiles one
@@ -98,6 +101,7 @@ class Session {
   std::unique_ptr<Film> film_;
   std::unique_ptr<Probes> probes_;
   std::vector<Kept> kept_;
+  std::optional<SampleMap> sample_map_;
   BackgroundTask task_;  // the last member, so that it ends before what it works on
 };
 

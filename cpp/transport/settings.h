@@ -16,6 +16,8 @@ struct TransportSettings {
   int max_depth = 12;                          // D, S and G events of a whole path
   bool use_direct = true, use_caustics = true, use_edited = true, use_indirect = true;
   bool transparent_film = false;
+  // photons are sent where a pilot found that they matter; false: as lights shine, to see what that brings
+  bool use_guide = true;
   // several samples of a pixel in each pass, and several lights asked by each, where a pilot finds noise
   bool use_adaptive_sampling = true;
   // bytes, of the states of paths (edit/state_table.h) of all threads together

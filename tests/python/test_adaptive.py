@@ -2,7 +2,8 @@
 """Adaptive sampling: more samples where a pilot finds noise, and the same picture in the mean."""
 
 import numpy as np
-from scenes import LUMINANCE, Scene, diffuse, emission, glass, looking, render, seeds
+import sluice_core
+from scenes import LUMINANCE, Scene, diffuse, emission, glass, looking, render, seeds, start
 from statistics_of_renders import assert_same_mean, blocks
 
 PASSES = {"passes": 4, "photons": 8192}
@@ -46,3 +47,34 @@ def test_pictures_without_noise_are_sampled_evenly():
         even = render(scene, use_adaptive_sampling=True, **PASSES)
         assert even.statistics["view_paths"] == 4 * 16 * 16
         np.testing.assert_allclose(even["Combined"][..., :3], level, rtol=1e-6)
+
+
+def small_glass():
+    """A lamp above a wide floor, of which the camera sees a small glass ball's shadow: few of its photons matter."""
+    scene = Scene(size=24, view=0.6)
+    scene.floor(diffuse(0.7), 20)
+    scene.sphere("Ball", (0, 0, 0.3), 0.2, glass(), rings=24)
+    scene.point((0, 0, 3), 300, radius=0.05)
+    return scene
+
+
+def test_where_photons_go_changes_noise_alone():
+    """With the guide, and as the lamp shines: one mean, and the guide has much less noise of caustics in it."""
+    guided, plain = (seeds(small_glass(), 8, passes=4, photons=30000, use_indirect=False, use_guide=use, seed=seed) for use, seed in ((True, 0), (False, 50)))
+    assert_same_mean(guided.stack("Caustics").mean((1, 2, 3)), plain.stack("Caustics").mean((1, 2, 3)), finest=0.2)
+    noise = [found.stack("Caustics").mean((1, 2, 3)).std(ddof=1) for found in (guided, plain)]
+    assert noise[0] < noise[1] / 3, noise
+
+
+def test_where_samples_go_is_told():
+    """Four numbers of each pixel: one sample everywhere without adaptive sampling, more at some places with it; nothing before the first pass."""
+    even, adaptive = (render_session(use_adaptive_sampling=on) for on in (False, True))
+    assert (even.sample_counts()[..., 0] == 1).all() and even.sample_counts().shape == (48, 48, 4)
+    assert adaptive.sample_counts()[..., 0].max() > 1
+    assert sluice_core.Session().sample_counts() is None
+
+
+def render_session(**settings):
+    session = start(corner(), **PASSES, **settings)
+    assert session.wait(60)
+    return session

@@ -8,6 +8,7 @@
 #include "transport/guide/light_probing.h"
 #include "transport/guide/radius_pilot.h"
 #include "transport/guide/targets.h"
+#include "transport/photons/emission.h"
 #include "transport/radii.h"
 
 namespace sluice {
@@ -20,6 +21,16 @@ EmissionPlan plan_emission(const PilotContext& context, const Visible& seen) {
   const std::vector<Target> entries = clustered(entries_that_take_light(context, things), max_entry_targets);
   things.insert(things.end(), entries.begin(), entries.end());
   return {context.scene, std::move(things), seen.sights(), find_far_entries(context.scene)};
+}
+
+// Each light's photons by its power, as it shines.
+EmissionGuide emission_as_lights_shine(const Scene& scene) {
+  EmissionGuide guide{.lights = mixed_with_equal(possible_shares(scene, whole_scene(scene))),
+                      .targets = {},
+                      .mixtures = {},
+                      .aimed = {V3d(0), 0}};
+  guide.mixtures.assign(scene.lights().size(), EmissionMixture(EmissionShares{.own = 1, .targets = {}}, {}));
+  return guide;
 }
 
 // The size of what is seen (m).
@@ -40,12 +51,14 @@ Guide make_guide(const Scene& scene, const TransportSettings& settings, const Ef
   if (!effects.traces_photons() || scene.lights().empty()) return guide;
 
   const EmissionPlan plan = plan_emission(context, seen);
-  guide.emission = emission_of_pilot(plan, scene);
+  const bool learns = settings.use_guide;
+  guide.emission = learns ? emission_of_pilot(plan, scene) : emission_as_lights_shine(scene);
   guide.trust = probe_lights(context, seen.hits(), extent_of(plan.sights, scene));
   const PilotPhotons pilot = trace_pilot(context, guide.emission, guide.trust);
   if (cancel) return guide;
 
-  std::tie(guide.emission, guide.unmet) = learn_emission(context, plan, guide.emission, pilot, seen);
+  if (learns)
+    std::tie(guide.emission, guide.unmet) = learn_emission(context, plan, guide.emission, pilot, seen);
   if (const auto radii = size_gathers(context, pilot.photons, seen))
     guide.min_radius = radii->min, guide.max_radius = radii->max, guide.radius = radii->typical;
   if (cancel) return guide;
