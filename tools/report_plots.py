@@ -66,6 +66,7 @@ def error_curve(title: str, rows: list[dict], checkpoints: list[dict]) -> str:
     figure, axes = _axes(title)
     for key, color, width in (("error", WITH, 2.2), ("noise", "#3b6fb6", 1.2), ("bias", "#c07a20", 1.2)):
         line = measures.fit(rows, key)
+        line = line if line and line[0] < 0 else None  # What rises is an estimate that has not settled yet, and no law to go by.
         label = f"{key}, estimated" + (f" (dots: seconds^{line[0]:.2f})" if line else "")
         _line(axes, rows, key, color=color, linewidth=width, label=label, marker="." if len(rows) < 3 else "")
         if line:
