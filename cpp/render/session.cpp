@@ -222,7 +222,7 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
   const FrameDescription& frame = scene.frame();
   auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0,
                                      film_contents(scene, settings_), frame.x0, frame.y0);
-  auto probes = std::make_unique<Probes>(frame, scene.edits().size());
+  auto probes = std::make_unique<Probes>(frame, scene.edits().acting_count());
   {
     const std::lock_guard lock(film_lock_);
     film_ = std::move(film), probes_ = std::move(probes);
