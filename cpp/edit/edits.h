@@ -31,8 +31,8 @@ class Edits {
   // The edits of a side whose expression some path of the scene can fulfil, and those of them that may take a
   // path right after an event. Other edits need not be asked.
   [[nodiscard]] EditSet could_take(Side side) const noexcept { return reach_[index(side)].any(); }
-  // How many edits may leave a trace on a path of this scene: all, or none.
-  [[nodiscard]] int acting_count() const noexcept {
+  // How many edits light must be told apart by: none if no path of the scene can match one of them, else all.
+  [[nodiscard]] int told_apart() const noexcept {
     return is_empty(could_take(Side::Light)) && is_empty(could_take(Side::View)) ? 0 : size();
   }
   [[nodiscard]] EditSet could_take_after(Side side, EventClass last) const noexcept {

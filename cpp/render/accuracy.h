@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How wrong a picture still is, told without a reference: its noise by the spread of the film's streams, its
-// bias by kernels of two widths (density.h), both relative as relative_variance() has it, without the worst
-// 0.1 % of the pixels. And what less would cost.
+// How wrong a picture still is, told without a reference, as error.h defines noise and bias, without the
+// worst 0.1 % of the pixels. And what less would cost.
 #pragma once
 #include <cstdint>
 #include <optional>

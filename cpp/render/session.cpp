@@ -222,7 +222,7 @@ void Session::start_rendering(const Scene& scene, const Effects& effects) {
   const FrameDescription& frame = scene.frame();
   auto film = std::make_unique<Film>(frame.x1 - frame.x0, frame.y1 - frame.y0,
                                      film_contents(scene, settings_), frame.x0, frame.y0);
-  auto probes = std::make_unique<Probes>(frame, scene.edits().acting_count());
+  auto probes = std::make_unique<Probes>(frame, scene.edits().told_apart());
   {
     const std::lock_guard lock(film_lock_);
     film_ = std::move(film), probes_ = std::move(probes);
@@ -278,13 +278,17 @@ StopReason Session::should_stop(double last_pass_seconds) {
 // Film and probes are written by this thread's passes alone, of which none runs now.
 void Session::record_accuracy() {
   Accuracy now = measure_accuracy(*film_, *probes_);
-  now.seconds = elapsed();
-  now.rays = statistics_.counts.rays + statistics_.counts.shadow_rays;
-  now.photons = statistics_.counts.photon_paths;
+  record_work(now);
   std::optional<MainCause> cause = main_cause(now, statistics_.edit_names);
   const std::lock_guard lock(lock_);
   progress_.accuracy = now, progress_.main_cause = std::move(cause);
   statistics_.accuracy.push_back(std::move(now));
+}
+
+void Session::record_work(Accuracy& of) const {
+  of.seconds = elapsed();
+  of.rays = statistics_.counts.rays + statistics_.counts.shadow_rays;
+  of.photons = statistics_.counts.photon_paths;
 }
 
 void Session::keep_picture() {
@@ -292,9 +296,7 @@ void Session::keep_picture() {
       .accuracy = progress_.accuracy,
       .picture = {film_->width(), film_->height(), film_->channels("Combined"), film_->image("Combined")}};
   if (kept.accuracy.pass != progress_.pass) kept.accuracy = {.pass = progress_.pass};
-  kept.accuracy.seconds = elapsed();
-  kept.accuracy.rays = statistics_.counts.rays + statistics_.counts.shadow_rays;
-  kept.accuracy.photons = statistics_.counts.photon_paths;
+  record_work(kept.accuracy);
   const std::lock_guard lock(film_lock_);
   kept_.push_back(std::move(kept));
 }

@@ -84,6 +84,7 @@ class Session {
   void finish(State state, StopReason reason = StopReason::None);
   [[nodiscard]] StopReason should_stop(double last_pass_seconds);
   void record_accuracy();
+  void record_work(Accuracy& of) const;
   void keep_picture();
   [[nodiscard]] double elapsed() const;
 

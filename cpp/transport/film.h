@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where samples add up, in planes for the render passes that somebody asked for. Sums are double; Combined is
-// also kept per stream (stream = pass mod 4), whose spread is an honest noise estimate under randomised
-// quasi-Monte Carlo. A block of 8 passes is summed alone and blocks are added in index order, so any split
-// into processes gives the same bits (design §5). Knows nothing of radii, photons or files. Not locked: the
-// session does that.
+// Where samples add up, in planes for the render passes that somebody asked for. Sums are double; Combined
+// is also kept per stream (stream = pass mod 4), in float, for its noise (error.h). A block of 8 passes is
+// summed alone and blocks are added in index order, so any split into processes gives the same bits
+// (design §5). Knows nothing of radii, photons or files. Not locked: the session does that.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -15,83 +14,12 @@
 
 #include "base/colour.h"
 #include "base/zeros.h"
+#include "transport/error.h"
 #include "transport/pixel_sample.h"
 
 namespace sluice {
 
-inline constexpr int stream_count = 4;
 inline constexpr int passes_per_block = 8;
-
-// Variance relative to the mean, as the error of a picture counts it, mean over the channels: what is dark
-// counts as a tenth of the picture's mean luminance.
-[[nodiscard]] inline double relative_variance(const V3d& variance, const V3d& mean,
-                                              double image_mean) noexcept {
-  double sum = 0;
-  for (int c = 0; c < 3; ++c) sum += variance[c] / (square(mean[c]) + square(image_mean / 10)) / 3;
-  return sum;
-}
-
-// Means of something by stream: estimates of it that are independent of each other.
-template <class T>
-using Streams = std::array<T, stream_count>;
-
-// What a pixel's errors are relative to, beside itself: the mean of its neighbours and that of the picture
-// (luminance), of which a tenth counts at least.
-struct Surroundings {
-  V3d neighbours;
-  double image_mean;
-};
-
-// What estimate(a, b) makes of two streams, relative to the square of what the pixel is, mean over all pairs.
-// What it is the other streams say, never those two: where one path in many brings a thousand times the rest,
-// the pixel that found it would have an error of 100 % and no more. As far as the two differ, the others know
-// too little as well, and the neighbours are asked.
-template <class Estimate>
-[[nodiscard]] inline double relative_mean(const Streams<V3d>& pixel, const Surroundings& place,
-                                          const Estimate& estimate) noexcept {
-  double sum = 0;
-  for (std::size_t a = 0; a < stream_count; ++a)
-    for (std::size_t b = a + 1; b < stream_count; ++b) {
-      V3d value;
-      for (int c = 0; c < 3; ++c) {
-        double others = 0;
-        for (std::size_t s = 0; s < stream_count; ++s)
-          if (s != a && s != b) others += pixel[s][c] / (stream_count - 2);
-        // their mean's variance is half a stream's, as far as a and b tell
-        const double trust = square(others), noise = square(pixel[a][c] - pixel[b][c]) / 4;
-        value[c] = trust + noise > 0 ? (trust * others + noise * place.neighbours[c]) / (trust + noise) : 0;
-      }
-      sum += relative_variance(estimate(a, b), value, place.image_mean);
-    }
-  constexpr int pairs = stream_count * (stream_count - 1) / 2;
-  return sum / pairs;
-}
-// Relative variance of the mean of all streams of one part of the pixel's light: a pair's half squared
-// difference is that of one stream.
-[[nodiscard]] inline double relative_noise(const Streams<V3d>& part, const Streams<V3d>& pixel,
-                                           const Surroundings& place) noexcept {
-  return relative_mean(pixel, place, [&](std::size_t a, std::size_t b) {
-    return (part[a] - part[b]) * (part[a] - part[b]) / (2 * stream_count);
-  });
-}
-// The square of a part's bias, without the noise of its estimates: their products in pairs. Relative to the
-// pixel's own mean: what a photon brings in one stream alone is no product, so that no rare path stands out.
-[[nodiscard]] inline double relative_bias(const Streams<double>& bias, const Streams<V3d>& pixel,
-                                          const Surroundings& place) noexcept {
-  double sum = 0, squares = 0;
-  V3d mean(0);
-  for (std::size_t s = 0; s < stream_count; ++s) {
-    sum += bias[s], squares += square(bias[s]);
-    mean += pixel[s] / stream_count;
-  }
-  const double product = (square(sum) - squares) / (stream_count * (stream_count - 1));
-  // Both are luminances: what is blurred has about the pixel's own colour.
-  return product / (square(luminance(mean)) + square(place.image_mean / 10));
-}
-
-// Errors of pictures are told without the worst 0.1 % of their pixels: there one path in many brings so much
-// that neither its error nor an estimate of it says anything of the others. So many of them count.
-[[nodiscard]] inline std::size_t kept_by_trim(std::size_t pixels) noexcept { return pixels - pixels / 1000; }
 
 // What a film holds beside Combined and its noise.
 struct FilmContents {
@@ -125,7 +53,7 @@ class Film {
                 std::span<const Color> layers = {});
   void close_block();  // after the last pass of a block (or of the render)
 
-  // Render passes by their public names: Combined, those of PixelSample's features, one per Part, Noise and
+  // Render passes by their public names: Combined, those of PixelSample's features, one per Part, Noise, and
   // Bias.
   // Fixed: no layer may be called so, whether or not the film holds it.
   struct PassName {
@@ -146,13 +74,15 @@ class Film {
   [[nodiscard]] Surroundings surroundings(int x, int y, double image_mean) const noexcept;
   [[nodiscard]] bool has_samples() const noexcept;     // in some tile
   [[nodiscard]] int finished_passes() const noexcept;  // by every tile
-  [[nodiscard]] std::uint64_t hash() const noexcept;   // of all sums, bit for bit
+  // Of the sums that pictures are made of, bit for bit; Combined's by its streams, which add up to it.
+  [[nodiscard]] std::uint64_t hash() const noexcept;
   [[nodiscard]] std::size_t bytes() const noexcept {
     return 2 * (sums_.size() * sizeof(double) + stream_sums_.size() * sizeof(float));
   }
 
  private:
-  // Where a render pass comes from: one of these, or none for Combined and Noise, or a layer.
+  // How a render pass is read from the sums. Those of a part or a feature, Bias and layers have numbers of
+  // their own; Combined and Noise are made of what is always there.
   enum class Reading : std::uint8_t { Combined, Mean, Single, Noise, Bias };
   struct Plane {
     PassName pass;

@@ -2,6 +2,7 @@
 #include "transport/probes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "base/random.h"
@@ -41,6 +42,7 @@ void Probes::add(int probe, int pass, const PixelSample& sample,
                  std::span<const TakenLight> of_edits) noexcept {
   const auto at = static_cast<std::size_t>(probe), stream = static_cast<std::size_t>(pass % stream_count);
   Stream& sums = probes_[at][stream];
+  assert(of_edits.size() == edit_count_);
   for (std::size_t part = 0; part < part_count; ++part) {
     sums.parts[part] += V3d(sample.parts[part]);
     sums.bias[part] += sample.bias[part];

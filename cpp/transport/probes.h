@@ -32,7 +32,7 @@ class ProbeGrid {
   int x0_, y0_, x1_, y1_, side_, blocks_x_, blocks_y_;
 };
 
-// Means of squares over pixels, relative as relative_variance() has it.
+// Means of squares over pixels: of relative_noise() and relative_bias().
 struct ErrorSquares {
   double noise = 0, bias = 0;
   [[nodiscard]] double total() const noexcept { return noise + bias; }

@@ -27,6 +27,8 @@ scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "SLU
 scene.sluice.photons, scene.sluice.passes = 2000, 4
 scene.world.use_nodes = False
 scene.world.color = (0, 0, 0)
+if hasattr(scene.render.image_settings, "media_type"):  # since 5.0
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
 scene.render.image_settings.file_format, scene.render.filepath = "OPEN_EXR_MULTILAYER", f"{folder}/lit.exr"
 bpy.ops.render.render(write_still=True)
 for name in ("lit", "dark"):

@@ -43,7 +43,7 @@ struct Place {
 
 // What each of the pilot's photons is worth to the picture. Irradiance counts by its part in that of its
 // cell, so that a dim room beside a sunny yard has its share: the error of a picture is relative, too
-// (film.h, relative_variance).
+// (error.h, relative_variance).
 class Worth {
  public:
   Worth(const PilotPhotons& pilot, const Visible& seen, ThreadPool& pool)

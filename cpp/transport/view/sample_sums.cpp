@@ -16,7 +16,7 @@ void SampleSums::start(Sample& sample) {
   Sums& sums = sums_[sample.index];
   sums.sample = {}, sums.light_variance = V3d(0);
   sums.layers.assign(scene_.edits().layers().size(), Color(0));
-  if (sample.asked.is_probed) sums.edits.assign(static_cast<std::size_t>(scene_.edits().acting_count()), {});
+  if (sample.asked.is_probed) sums.edits.assign(static_cast<std::size_t>(scene_.edits().told_apart()), {});
   sample.is_recorded = sample.asked.seeks == Seeks::Emission;  // other samples tell
   hue_gates.clear();
 }

@@ -184,6 +184,7 @@ void TileSamples::add_probed(int probe, std::size_t pixel, std::span<const Taken
   for (std::size_t e = 0; e < of_edits.size(); ++e) edits[first + e] += of_edits[e];
 }
 
+// What edits took has its share of the pixel's mean already (ViewSample::share).
 void TileSamples::scale(std::size_t pixel, float factor) {
   samples[pixel] *= factor;
   const std::size_t count = layers.size() / samples.size();
