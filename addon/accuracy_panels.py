@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from . import accuracy_curve, edit_statistics, registration, render_progress, render_statistics, simulated
-from .interface import Panel, sentence
+from .interface import Explains, Panel, sentence
 
 IMAGE = "Sluice Accuracy"
 
@@ -35,15 +35,10 @@ class SLUICE_PT_simulated(_RenderPanel, bpy.types.Panel):
                 sentence(box, region, text, icon)
 
 
-class SLUICE_OT_explain_error(bpy.types.Operator):
+class SLUICE_OT_explain_error(Explains, bpy.types.Operator):
     bl_idname = "sluice.explain_error"
     bl_label = "What This Number Is"
     bl_description = render_progress.ERROR
-    bl_options = {'INTERNAL'}
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        self.report({'INFO'}, render_progress.ERROR)
-        return {'FINISHED'}
 
 
 class SLUICE_OT_show_curve(bpy.types.Operator):

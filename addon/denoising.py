@@ -16,6 +16,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from . import passes
+
 PACKAGE = "pyoidn"
 ITEM = "Denoise"  # the name under which warnings tell of it
 MISSING = f"The Python package {PACKAGE} is not there: Set Up Denoising tells how to install it"  # for panels, which wrap lines
@@ -44,7 +46,7 @@ def denoise(images: Mapping[str, np.ndarray]) -> np.ndarray:
     """The picture Combined denoised, its alpha as it was. Albedo and Normal guide it where they are among the images, all of which are
     (rows, columns, channels). Raises Failed."""
     picture = images["Combined"]
-    parts = {"color": picture[..., :3], **{name.lower(): images[name] for name in ("Albedo", "Normal") if name in images}}
+    parts = {"color": picture[..., :3], **{name.lower(): images[name] for name in passes.GUIDES if name in images}}
     shape = parts["color"].shape
     head = {"path": _path(), "package": PACKAGE, "shape": shape, "images": list(parts)}
     data = [json.dumps(head).encode() + b"\n", *(np.ascontiguousarray(part, np.float32).tobytes() for part in parts.values())]

@@ -6,18 +6,13 @@ from typing import Any
 import bpy
 
 from . import checking, edit_statistics, model, registration, translations
-from .interface import OnOwnEntry, Panel, draw_expression, is_narrow, sentence
+from .interface import Explains, OnOwnEntry, Panel, draw_expression, is_narrow, sentence
 
 
-class SLUICE_OT_explain_figures(bpy.types.Operator):
+class SLUICE_OT_explain_figures(Explains, bpy.types.Operator):
     bl_idname = "sluice.explain_figures"
     bl_label = "How This Was Measured"
     bl_description = edit_statistics.METHOD
-    bl_options = {'INTERNAL'}
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        self.report({'INFO'}, edit_statistics.METHOD)
-        return {'FINISHED'}
 
 
 class SLUICE_OT_take_arrival(OnOwnEntry, bpy.types.Operator):

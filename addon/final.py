@@ -133,7 +133,6 @@ def _run(engine: SluiceRenderEngine, job: Job, session: core.Session) -> None:
         stream.refresh(session)
         log.write(session)
     progress = session.progress()
-    progress["passes_to_target"] = progress["passes_to_target"] or stream.passes_to_target
     # Each is told once, also when the render failed: it may say why.
     _report_warnings(engine, dict.fromkeys(job.warnings + list(session.warnings())))
     if progress["state"] == 'failed':

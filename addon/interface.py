@@ -41,6 +41,16 @@ class Panel(_Panel):
         return context.engine in cls.COMPAT_ENGINES
 
 
+class Explains:
+    """An operator behind a question mark: what its tooltip says, said where a click is answered."""
+
+    bl_options = {'INTERNAL'}
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        self.report({'INFO'}, type(self).bl_description)
+        return {'FINISHED'}
+
+
 class AddsEdit:
     """An operator that makes an edit, in object mode or from the faces that are selected in edit mode."""
 

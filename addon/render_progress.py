@@ -138,13 +138,11 @@ class Stream:
     def __init__(self, engine: bpy.types.RenderEngine, result: bpy.types.RenderResult, names: list[str], enabled: bool,
                  target: float = 0) -> None:
         self._engine, self._result, self._names, self._enabled, self._target = engine, result, names, enabled, target
-        self.passes_to_target: float | None = None  # as it was told last: a session that has ended tells none
         self._next_line, self._interval = 0.0, 0.25 if enabled else 1.0
         self._next_image, self._shown_pass = 0.0, 0
 
     def refresh(self, session: core.Session) -> None:
         progress = session.progress()
-        self.passes_to_target = progress["passes_to_target"] or self.passes_to_target
         now = time.monotonic()
         if now >= self._next_line:
             self._show_numbers(progress)

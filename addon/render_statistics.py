@@ -61,9 +61,8 @@ def forget(*_: object) -> None:
 
 def shares(now: Mapping[str, Any]) -> tuple[list[tuple[str, float, float, float]], list[tuple[str, float, float, float]]]:
     """(name, share of the error's square, noise, bias) of each part of the picture, and of each edit, the largest first. The light of
-    an edit is light of a part too, mostly of Edited; of an edit the bias is not known and told as 0."""
-    rows = [[(row["name"], row["noise"] ** 2 + row.get("bias", 0) ** 2, row["noise"], row.get("bias", 0)) for row in now[kind]]
-            for kind in ("parts", "edits")]
+    an edit is light of a part too, mostly of Edited."""
+    rows = [[(row["name"], row["noise"] ** 2 + row["bias"] ** 2, row["noise"], row["bias"]) for row in now[kind]] for kind in ("parts", "edits")]
     whole = sum(row[1] for row in rows[0]) or 1
     parts, edits = (sorted(((name, square / whole, noise, bias) for name, square, noise, bias in kind if square > 0),
                            key=lambda row: -row[1]) for kind in rows)

@@ -20,15 +20,19 @@ py::object or_none(double value) {
   return value < 0 ? py::object(py::none()) : py::object(py::float_(value));
 }
 
+// None where there is no estimate yet.
+void add_errors(py::dict& d, const char* error, const Accuracy& now) {
+  d[error] = or_none(now.error()), d["noise"] = or_none(now.noise);
+  d["bias"] = or_none(now.is_known() ? now.bias : -1);
+}
+
 py::dict progress_of(const Session& session) {
   const Progress p = session.progress();
   py::dict d;
   d["state"] = name_of(p.state), d["stop_reason"] = name_of(p.stop_reason);
   d["pass"] = p.pass, d["passes"] = p.passes, d["photons"] = p.photons, d["seconds"] = p.seconds;
   d["seconds_left"] = or_none(p.seconds_left);
-  const bool is_known = p.accuracy.is_known();
-  d["error_estimate"] = or_none(p.accuracy.error()), d["noise"] = or_none(p.accuracy.noise);
-  d["bias"] = is_known ? py::object(py::float_(p.accuracy.bias)) : py::none();
+  add_errors(d, "error_estimate", p.accuracy);
   d["main_cause"] = p.main_cause ? py::object(py::make_tuple(p.main_cause->name, p.main_cause->share))
                                  : py::object(py::none());
   d["passes_to_target"] = or_none(p.passes_to_target);
@@ -67,8 +71,7 @@ py::dict edit_of(const RenderStatistics& s, std::size_t e) {
 py::dict accuracy_of(const Accuracy& now, const std::vector<std::string>& edit_names) {
   py::dict d;
   d["pass"] = now.pass, d["seconds"] = now.seconds, d["rays"] = now.rays, d["photons"] = now.photons;
-  d["error"] = or_none(now.error()), d["noise"] = or_none(now.noise);
-  d["bias"] = now.is_known() ? py::object(py::float_(now.bias)) : py::none();
+  add_errors(d, "error", now);
   py::list parts, edits;
   for (int i = 0; now.is_known() && i < part_count; ++i) {
     const ErrorSquares& part = now.shares.parts[static_cast<std::size_t>(i)];

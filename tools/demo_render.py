@@ -10,8 +10,12 @@ import math
 import os
 import sys
 import time
+from pathlib import Path
 
 import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/blender"))
+from blender_scenes import ask_for_all_passes
 
 
 FEWEST = 8  # passes of a picture: the error is estimated after every four
@@ -98,15 +102,6 @@ def render_all(scene, options, name):
     return made
 
 
-def ask_for_all_passes(scene):
-    """The multilayer EXR is there to look into the light."""
-    for view_layer in scene.view_layers:
-        view_layer.use_pass_z = view_layer.use_pass_normal = True
-        for item in view_layer.sluice.bl_rna.properties:
-            if item.identifier.startswith("use_pass_"):
-                setattr(view_layer.sluice, item.identifier, True)
-
-
 def main(options):
     scene, engine = bpy.context.scene, options["engine"]
     name = os.path.splitext(os.path.basename(bpy.data.filepath))[0]
@@ -119,7 +114,7 @@ def main(options):
     if engine == "CYCLES":
         scene.cycles.use_denoising, scene.cycles.samples, scene.cycles.time_limit = False, passes, seconds
     if scene.frame_end == scene.frame_start:
-        ask_for_all_passes(scene)
+        ask_for_all_passes(scene)  # The multilayer EXR is there to look into the light.
     size = [side * options["percent"] // 100 for side in (scene.render.resolution_x, scene.render.resolution_y)]
     told = {"blender": bpy.app.version_string, "engine": engine, "edits": edits_of(scene), "resolution": size}
     told["pictures"] = render_all(scene, options, name)

@@ -192,11 +192,17 @@ std::vector<float> Film::image(const std::string& name) const {
 }
 
 double Film::mean_luminance(const std::string& name) const {
-  const std::vector<float> pixels = image(name);
-  const auto n = static_cast<std::size_t>(channels(name));
+  const Plane* plane = find(name);
+  if (!plane || plane->channels() < 3) return 0;
   double mean = 0;
-  for (std::size_t i = 0; n >= 3 && i + 2 < pixels.size(); i += n)
-    mean += luminance(V3d(pixels[i], pixels[i + 1], pixels[i + 2]));
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const auto& passes = tile_passes_[tile_of(x, y)];
+      if (total(passes) == 0) continue;
+      float pixel[4];
+      read(*plane, static_cast<std::size_t>(y) * width_ + x, passes, pixel);
+      mean += luminance(V3d(pixel[0], pixel[1], pixel[2]));
+    }
   return mean / std::max(1, width_ * height_);
 }
 

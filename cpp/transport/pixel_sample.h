@@ -67,15 +67,13 @@ inline constexpr Feature features[] = {
     {.name = "Albedo", .channels = "RGB", .vector = &PixelSample::albedo},
 };
 
-// Numbers of a PixelSample before one of its features, behind its parts and their bias; before the end of
-// all: how many there are.
-[[nodiscard]] constexpr int numbers_before(const Feature* feature) noexcept {
-  int numbers = 4 * part_count;
-  for (const Feature* f = features; f != feature; ++f) numbers += static_cast<int>(f->channels.size());
+// Numbers of a PixelSample: of its parts, their bias, and its features.
+[[nodiscard]] constexpr std::size_t count_numbers() noexcept {
+  std::size_t numbers = 4 * part_count;
+  for (const Feature& feature : features) numbers += feature.channels.size();
   return numbers;
 }
-inline constexpr int sample_numbers = numbers_before(std::end(features));
-static_assert(sizeof(PixelSample) == sample_numbers * sizeof(float), "each member has a row");
+static_assert(sizeof(PixelSample) == count_numbers() * sizeof(float), "each member has a row");
 
 inline void PixelSample::operator+=(const PixelSample& o) noexcept {
   for (std::size_t i = 0; i < part_count; ++i) parts[i] += o.parts[i], bias[i] += o.bias[i];

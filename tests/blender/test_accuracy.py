@@ -80,7 +80,7 @@ def test_figures_are_gone_with_the_file(room, core, tmp_path):
 
 ROW = {"pass": 4, "seconds": 2.0, "error": 0.05, "noise": 0.04, "bias": 0.03,
        "parts": [{"name": "Direct", "noise": 0.02, "bias": 0.0}, {"name": "Caustics", "noise": 0.03, "bias": 0.03}, {"name": "Emission", "noise": 0.0, "bias": 0.0}],
-       "edits": [{"name": "Move", "noise": 0.01}]}
+       "edits": [{"name": "Move", "noise": 0.01, "bias": 0.0}]}
 
 
 def test_shares_of_the_error():

@@ -4,12 +4,17 @@ pixel. References are longer renders by other seeds and narrower kernels; where 
 
 import functools
 import os
+import sys
+from pathlib import Path
 
 import accuracy_scenes
 import numpy as np
 import pytest
 import sluice_core
 from scenes import LUMINANCE
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+from report_measures import true_error
 
 FULL = bool(os.environ.get("SLUICE_FULL"))
 SIZE, PHOTONS, SEEDS = 40, 4096, 8 if FULL else 3
@@ -26,13 +31,6 @@ def render(scene, **settings):
         pass
     assert session.progress()["state"] == "finished", session.progress()
     return session
-
-
-def true_error(image, reference):
-    """As design §5 defines it."""
-    dark = (reference @ LUMINANCE).mean() / 10
-    squares = np.sort(((image - reference) ** 2 / (reference**2 + dark**2)).mean(-1).ravel())
-    return np.sqrt(squares[: squares.size - squares.size // 1000].mean())
 
 
 @functools.cache

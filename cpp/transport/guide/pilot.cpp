@@ -23,16 +23,6 @@ EmissionPlan plan_emission(const PilotContext& context, const Visible& seen) {
   return {context.scene, std::move(things), seen.sights(), find_far_entries(context.scene)};
 }
 
-// Each light's photons by its power, as it shines.
-EmissionGuide emission_as_lights_shine(const Scene& scene) {
-  EmissionGuide guide{.lights = mixed_with_equal(possible_shares(scene, whole_scene(scene))),
-                      .targets = {},
-                      .mixtures = {},
-                      .aimed = {V3d(0), 0}};
-  guide.mixtures.assign(scene.lights().size(), EmissionMixture(EmissionShares{.own = 1, .targets = {}}, {}));
-  return guide;
-}
-
 // The size of what is seen (m).
 double extent_of(const std::vector<Sight>& sights, const Scene& scene) {
   return sights.empty() ? scene.extent() : std::min(scene.extent(), 2.0 * sights.back().sphere.radius);
@@ -52,7 +42,8 @@ Guide make_guide(const Scene& scene, const TransportSettings& settings, const Ef
 
   const EmissionPlan plan = plan_emission(context, seen);
   const bool learns = settings.use_guide;
-  guide.emission = learns ? emission_of_pilot(plan, scene) : emission_as_lights_shine(scene);
+  // else all of it as the lights shine
+  guide.emission = learns ? emission_of_pilot(plan, scene) : aim_at(scene, whole_scene(scene), {}, 1);
   guide.trust = probe_lights(context, seen.hits(), extent_of(plan.sights, scene));
   const PilotPhotons pilot = trace_pilot(context, guide.emission, guide.trust);
   if (cancel) return guide;

@@ -122,7 +122,7 @@ class Session:
         return {"state": self._state, "pass": done, "passes": self._settings["passes"], "photons": done * self._settings["photons"],
                 "seconds": seconds, "seconds_left": 1.0, "error_estimate": 0.5 / (done + 1), "noise": 0.4 / (done + 1),
                 "bias": 0.3 / (done + 1), "main_cause": ("Direct", 0.75) if done else None,
-                "passes_to_target": self._to_target() if self._state == 'rendering' and done else None, "memory": 1 << 20, "message": "",
+                "passes_to_target": self._to_target() if done else None, "memory": 1 << 20, "message": "",
                 "error": self._error, "stop_reason": self._stop or 'cancelled'}
 
     def _to_target(self):
