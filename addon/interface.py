@@ -24,8 +24,9 @@ _UNIT = re.compile(r"(?<=\d) (?=%|\w{1,2}\b)")  # the space before a unit: no li
 
 if TYPE_CHECKING:
     _Panel = bpy.types.Panel
+    _Operator = bpy.types.Operator
 else:
-    _Panel = object  # Blender wants its own class as a base of the last class alone
+    _Panel = _Operator = object  # Blender wants its own class as a base of the last class alone
 
 
 class Panel(_Panel):
@@ -41,7 +42,7 @@ class Panel(_Panel):
         return context.engine in cls.COMPAT_ENGINES
 
 
-class Explains:
+class Explains(_Operator):
     """An operator behind a question mark: what its tooltip says, said where a click is answered."""
 
     bl_options = {'INTERNAL'}
